@@ -7,7 +7,7 @@
 # make lint   check format, types, the portability of the ST, and that generated files are current
 # make docs   write the generated pages and the README's output blocks anew; docs/how-to/view.png needs chromium
 # make verification   run every check below whose sources have changed; write docs/explanation/verification.md
-#   contract, coverage, mutants, explore, campaign, metamorphic: one check; MORE="..." goes to it
+#   contract, coverage, mutants, explore, campaign: one check; MORE="..." goes to it
 # make site   write the pages as a web site with the playground, out/site; it needs npm
 #   site-test: and run its tests in chromium
 # make prove  prove the rules for every program, out/prove.json; LIB=folder: another copy of plc/lib,
@@ -29,7 +29,7 @@ PROCESSES = $(shell $(BIN)/python -c "import os; print((os.cpu_count() or 1) + 1
 # The packages of the wheel.
 PACKAGES := harness/rcx_harness harness/structured_text
 
-CHECKS := prove contract coverage mutants explore campaign metamorphic
+CHECKS := prove contract coverage mutants explore campaign
 
 PIP := -m pip install --quiet --disable-pip-version-check
 COMPILE := out/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \

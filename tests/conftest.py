@@ -149,7 +149,8 @@ def repository() -> Path:
 @pytest.fixture(scope="session")
 def matiec() -> Matiec:
     """The installed matiec; tests that need it are skipped where there is none."""
-    from structured_text.engines.load import MISSING, find_c_compiler, find_matiec
+    from structured_text.engines.matiec.build import MISSING, find_matiec
+    from structured_text.engines.native.toolchain import find_c_compiler
 
     found = find_matiec()
     if found is None:

@@ -10,15 +10,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-try:  # the distribution that ships this package may define the names
-    from structured_text_names import COMMAND, DISTRIBUTION
-except ModuleNotFoundError:
-    COMMAND, DISTRIBUTION = "st", "structured-text"
-
 __all__ = [
     "BLOCKS",
-    "COMMAND",
-    "DISTRIBUTION",
     "VARIABLES",
     "InputError",
     "OutputError",
@@ -29,6 +22,12 @@ __all__ = [
     "near",
     "refused",
 ]
+
+try:  # the distribution that ships this package may define the names
+    from structured_text_names import COMMAND as COMMAND
+    from structured_text_names import DISTRIBUTION as DISTRIBUTION
+except ModuleNotFoundError:
+    COMMAND, DISTRIBUTION = "st", "structured-text"
 
 BLOCKS = f"{COMMAND.upper()}_"
 """Prefix for the names of blocks that this package adds to a program."""

@@ -7,7 +7,6 @@ FB_RcxDedicatedInputs find it out.
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
@@ -17,21 +16,14 @@ _INTERVAL_SCANS = 12
 
 
 def _bench(
-    tmp_path: Path,
-    twin: str,
-    *,
-    other: bool = False,
-    m: int = 0,
-    n: int = 0,
-    contract: bool = True,
+    twin: str, *, other: bool = False, m: int = 0, n: int = 0, contract: bool = True
 ) -> PlcBench:
     """Each area block is called again while ReadTwice, WriteTwice; also by another instance."""
     image = "RCX_IMAGE_WORDS" if twin else "RCX_IMAGE"
     copied = "" if not twin else _COPY
     read, write = ("ReadOther", "WriteOther") if other else ("ReadArea", "WriteArea")
-    program = tmp_path / "Twice.st"
-    program.write_text(
-        f"""PROGRAM Twice
+    plc = PlcBench(
+        program=f"""PROGRAM Twice
   VAR
     InputArea, OutputArea : RCX_IMAGE;
     Taken, Given : {image};
@@ -67,9 +59,8 @@ def _bench(
   {copied.partition("---")[2] or "OutputArea := Given;"}
 END_PROGRAM
 """,
-        encoding="utf-8",
+        contract=contract,
     )
-    plc = PlcBench(program=program, contract=contract)
     plc.outputs(SO01=True, SO04=True, SO10=True)
     plc.scan_until(lambda: bool(plc["Robot.Settled"]))
     plc["First.Code"] = 0x0001
@@ -94,11 +85,9 @@ _OTHER = pytest.mark.parametrize("other", [False, True])
 
 @_TWINS
 @_OTHER
-def test_a_time_limit_stays_true_where_the_area_is_read_twice(
-    tmp_path: Path, twin: str, other: bool
-) -> None:
+def test_a_time_limit_stays_true_where_the_area_is_read_twice(twin: str, other: bool) -> None:
     """5 s are 500 scans of 10 ms from the turn on. Source: pin Timeout of every block."""
-    plc = _bench(tmp_path, twin, other=other)
+    plc = _bench(twin, other=other)
     plc["ReadTwice"] = plc["First.Execute"] = True
     taken = plc.scan_until(lambda: bool(plc["First.Error"]), most=600)
     assert (taken, plc["First.ErrorID"]) == (501, 0x8011)
@@ -106,11 +95,9 @@ def test_a_time_limit_stays_true_where_the_area_is_read_twice(
 
 @_TWINS
 @_OTHER
-def test_reading_twice_is_noticed_and_the_first_reading_stands(
-    tmp_path: Path, twin: str, other: bool
-) -> None:
+def test_reading_twice_is_noticed_and_the_first_reading_stands(twin: str, other: bool) -> None:
     """The other area is that of another controller: its answers are not this one's."""
-    plc = _bench(tmp_path, twin, other=other, m=48 if other else 0)
+    plc = _bench(twin, other=other, m=48 if other else 0)
     read = "ReadOther" if other else "ReadArea"
     before = plc["Robot.SO"]
     plc["ReadTwice"] = True
@@ -121,30 +108,26 @@ def test_reading_twice_is_noticed_and_the_first_reading_stands(
         assert plc["Robot.Connected"] is True
         assert plc["Robot.SO"] == before
     assert plc.words[0] == 0x0001
-    plc["ReadTwice"] = False
-    plc.scan()
+    plc.change("ReadTwice", to=False)
     assert (plc["ReadArea.Error"], plc["ReadArea.ErrorID"]) == (False, 0)
 
 
 @_TWINS
-def test_of_an_illegal_area_that_is_read_again_the_illegal_offset_is_told(
-    tmp_path: Path, twin: str
-) -> None:
+def test_of_an_illegal_area_that_is_read_again_the_illegal_offset_is_told(twin: str) -> None:
     """What is to be mended first: the offset. What cannot be read is not connected.
 
     Source: docs/reference/errors.md.
     """
-    plc = _bench(tmp_path, twin, m=-1)
-    plc["ReadTwice"] = True
-    plc.scan()
+    plc = _bench(twin, m=-1)
+    plc.change("ReadTwice", to=True)
     assert (plc["ReadArea.Error"], plc["ReadArea.ErrorID"]) == (True, 0x8031)
     assert plc["Robot.Connected"] is False
 
 
 @_TWINS
-def test_a_second_reading_can_take_the_connection_away(tmp_path: Path, twin: str) -> None:
+def test_a_second_reading_can_take_the_connection_away(twin: str) -> None:
     """What one of two says is lost is not believed. Source: manual chapter 1, 5.2."""
-    plc = _bench(tmp_path, twin)
+    plc = _bench(twin)
     plc["ReadTwice"], plc["ConnectedAgain"] = True, False
     plc.scan()
     assert plc["Robot.Connected"] is False
@@ -152,16 +135,13 @@ def test_a_second_reading_can_take_the_connection_away(tmp_path: Path, twin: str
 
 
 @_TWINS
-def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(
-    tmp_path: Path, twin: str
-) -> None:
+def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(twin: str) -> None:
     """The blocks are told that the connection is lost, not that they were not called.
 
     Source: docs/reference/errors.md, 16#8001 and 16#8013.
     """
-    plc = _bench(tmp_path, twin)
-    plc["First.Execute"] = True
-    plc.scan(2)
+    plc = _bench(twin)
+    plc.change("First.Execute", to=True, scans=2)
     plc["ReadTwice"], plc["ConnectedAgain"] = True, False
     plc.scan()
     assert plc["First.ErrorID"] == 0x8001
@@ -169,14 +149,11 @@ def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(
 
 @_TWINS
 @_OTHER
-def test_writing_twice_never_sends_data_and_code_in_one_scan(
-    tmp_path: Path, twin: str, other: bool
-) -> None:
+def test_writing_twice_never_sends_data_and_code_in_one_scan(twin: str, other: bool) -> None:
     """Source: guide, chapter 2: the data before the command."""
-    plc = _bench(tmp_path, twin, other=other)
+    plc = _bench(twin, other=other)
     plc["First.Data"] = [0x1234] * 15
-    plc["WriteTwice"] = plc["First.Execute"] = True
-    plc.scan()
+    plc.change("WriteTwice", "First.Execute", to=True)
     assert plc.words == [0x0000] + [0x1234] * 15
     plc.scan()
     assert plc.words == [0x0001] + [0x1234] * 15
@@ -186,17 +163,14 @@ def test_writing_twice_never_sends_data_and_code_in_one_scan(
 
 @_TWINS
 @_OTHER
-def test_writing_twice_keeps_the_interval_between_dedicated_inputs(
-    tmp_path: Path, twin: str, other: bool
-) -> None:
+def test_writing_twice_keeps_the_interval_between_dedicated_inputs(twin: str, other: bool) -> None:
     """Source: manual chapter 5, 3, caution."""
-    plc = _bench(tmp_path, twin, other=other)
+    plc = _bench(twin, other=other)
     plc["WriteTwice"] = plc["ServoOn.Execute"] = True
     changes: list[int] = []
     before = plc.image[32:34]
     for scan in range(200):
-        plc.outputs(SO02="SI01" in plc.inputs or bool(plc["ServoOn.Done"]))
-        plc.scan()
+        plc.outputs(SO02="SI01" in plc.inputs or bool(plc["ServoOn.Done"]), scans=1)
         if plc.image[32:34] != before:
             changes.append(scan)
         before = plc.image[32:34]
@@ -206,21 +180,17 @@ def test_writing_twice_keeps_the_interval_between_dedicated_inputs(
 
 
 @_TWINS
-def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(
-    tmp_path: Path, twin: str
-) -> None:
+def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(twin: str) -> None:
     """In the same scan, held OFF until a block releases them; nothing else changes.
 
     Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops.
     """
-    plc = _bench(tmp_path, twin)
+    plc = _bench(twin)
     assert plc.inputs == ["SI00", "SI06"]
     plc["WriteTwice"] = True
-    plc["EmergencyStopOkAgain"] = plc["StopOkAgain"] = False
-    plc.scan()
+    plc.change("EmergencyStopOkAgain", "StopOkAgain", to=False)
     assert plc.inputs == []
-    plc["WriteTwice"] = False
-    plc.scan(100)
+    plc.change("WriteTwice", to=False, scans=100)
     assert plc.inputs == []
     assert (plc["Robot.Inner.HoldEmergency"], plc["Robot.Inner.HoldStop"]) == (True, True)
 
@@ -232,19 +202,15 @@ def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(
     [("EmergencyStopOk", "SI06", "HoldEmergency"), ("StopOk", "SI00", "HoldStop")],
 )
 def test_each_pin_of_a_second_writing_takes_its_own_input_away_wherever_the_area_is(
-    tmp_path: Path, twin: str, other: bool, pin: str, stays: str, held: str
+    twin: str, other: bool, pin: str, stays: str, held: str
 ) -> None:
-    """SI(17), which is ON, too, is none of theirs.
-
-    Source: manual chapter 5, 2, SI(00), SI(06) and SI(17).
-    """
-    plc = _bench(tmp_path, twin, other=other, n=48)
+    """Source: manual chapter 5, 2, SI(00), SI(06) and SI(17)."""
+    plc = _bench(twin, other=other, n=48)
     plc["WriteArea.n"] = plc.n = 48
     plc.scan_until(lambda: plc.inputs == ["SI00", "SI06"])
     plc["WriteTwice"], plc[f"{pin}Again"] = True, False
     plc["Robot.Inner.Applied"] = 0x8041
-    plc["Request"] = 0x8000
-    plc.scan()
+    plc.change("Request", to=0x8000)
     assert plc.inputs == sorted([stays, "SI17"])
     plc["WriteTwice"], plc["Request"] = False, 0
     plc.scan()
@@ -252,58 +218,48 @@ def test_each_pin_of_a_second_writing_takes_its_own_input_away_wherever_the_area
 
 
 @_TWINS
-def test_a_second_area_gets_nothing_of_the_first(tmp_path: Path, twin: str) -> None:
+def test_a_second_area_gets_nothing_of_the_first(twin: str) -> None:
     """Two robots on one RCX_REF by mistake: the second one is not driven.
 
     Source: manual chapter 1, 4: an area for each controller.
     """
-    plc = _bench(tmp_path, twin, other=True, n=48)
+    plc = _bench(twin, other=True, n=48)
     plc["WriteTwice"] = plc["First.Execute"] = True
-    plc["First.Data"] = [0x1234] * 15
-    plc.scan(30)
+    plc.change("First.Data", to=[0x1234] * 15, scans=30)
     assert plc.words[0] == 0x0001
     assert plc.image[48:] == bytes(512 - 48)
 
 
 @_TWINS
-def test_without_reading_only_the_safety_inputs_can_be_taken_away(
-    tmp_path: Path, twin: str
-) -> None:
-    plc = _bench(tmp_path, twin, contract=False)
+def test_without_reading_only_the_safety_inputs_can_be_taken_away(twin: str) -> None:
+    plc = _bench(twin, contract=False)
     plc["Read"] = False
-    plc["First.Execute"] = True
-    plc.scan(5)
+    plc.change("First.Execute", to=True, scans=5)
     assert plc["WriteArea.ErrorID"] == 0x8037
     assert (plc.words[0], plc.inputs) == (0, ["SI00", "SI06"])
     assert plc["First.ErrorID"] == 0x8017, "nor is it the scan of a block"
-    plc["Okay"] = False
-    plc.scan()
+    plc.change("Okay", to=False)
     assert plc.inputs == []
 
 
 @_TWINS
-def test_without_writing_the_blocks_end_and_reading_says_why(tmp_path: Path, twin: str) -> None:
-    plc = _bench(tmp_path, twin)
-    plc["First.Execute"] = True
-    plc.scan()
-    plc["NoWrite"] = True
-    plc.scan(2)
+def test_without_writing_the_blocks_end_and_reading_says_why(twin: str) -> None:
+    plc = _bench(twin)
+    plc.change("First.Execute", to=True)
+    plc.change("NoWrite", to=True, scans=2)
     assert plc["ReadArea.ErrorID"] == 0x8037
     assert plc["First.ErrorID"] == 0x8016
 
 
-def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval(
-    tmp_path: Path,
-) -> None:
+def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -> None:
     """Its timers know nothing of what the other one changed. Source: chapter 5, 3, caution."""
-    plc = _bench(tmp_path, "", other=True)
+    plc = _bench("", other=True)
     changes: list[tuple[int, bytes]] = []
     before = plc.image[32:34]
     for scan in range(240):
         # every 7 scans the other instance writes, and the servos are asked for and not
         plc["NoWrite"] = plc["WriteTwice"] = (scan // 7) % 2 == 1
-        plc["ServoOn.Execute"] = scan % 40 < 20
-        plc.scan()
+        plc.change("ServoOn.Execute", to=scan % 40 < 20)
         if plc.image[32:34] != before:
             changes.append((scan, plc.image[32:34]))
         before = plc.image[32:34]
@@ -357,8 +313,7 @@ def test_no_start_goes_out_against_a_stop_that_is_asked_for(
         plc[pin] = on
         for _ in range(count):
             before = plc.inputs
-            plc["Request"] = request
-            plc.scan()
+            plc.change("Request", to=request)
             if bit in plc.inputs and bit not in before:
                 assert levels <= set(plc.inputs), plc.inputs
 

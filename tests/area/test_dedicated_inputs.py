@@ -61,8 +61,7 @@ def test_a_safety_switch_off_goes_out_at_once_and_restarts_the_interval(pin: str
     name = {"EmergencyStopOk": "SI00", "StopOk": "SI06"}[pin]
     plc = PlcBench()
     plc.power_up()
-    plc["ServoOn.Execute"] = True
-    plc.scan()
+    plc.change("ServoOn.Execute", to=True)
     assert "SI01" in plc.inputs
     plc.scan(5)
     plc.outputs(SO02=True)
@@ -125,8 +124,7 @@ def test_link_loss_takes_the_inputs_back_and_they_return_after_the_interval() ->
 def test_inputs_that_nobody_requests_any_more_are_withdrawn() -> None:
     plc = PlcBench()
     plc.power_up()
-    plc["ServoOn.Execute"] = True
-    plc.scan()
+    plc.change("ServoOn.Execute", to=True)
     plc["CallServoOn"] = False
     start = plc.now_us // 1000
     assert _changes(plc, 20) == [(start + 110, "SI01 OFF")]

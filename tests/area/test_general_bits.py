@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 
+from alone import Alone
 from areas_bench import AreasBench
-
-#: Ports as chapter 1, 4.1 prints them, and their bytes from m or n.
-PRINTED = {
-    2: 34,
-    3: 35,
-    4: 36,
-    5: 37,
-    6: 38,
-    7: 39,
-    10: 40,
-    11: 41,
-    12: 42,
-    13: 43,
-    14: 44,
-    15: 45,
-}
 
 #: Neither of these is a port: dedicated, not octal, reserved, or nowhere.
 NO_PORTS = [-1, 0, 1, 8, 9, 16, 17, 20, 27, 32767, -32768]
@@ -28,48 +15,6 @@ NO_PORTS = [-1, 0, 1, 8, 9, 16, 17, 20, 27, 32767, -32768]
 #: Dedicated bits; digits 8 and 9; ports 8, 9, 16 and beyond.
 NO_BITS = [0, 1, 6, 10, 17, 18, 19, 28, 29, 80, 87, 90, 97, 98, 99, 108, 158, 159, 160, 167, 200]
 NO_BITS += [-1, -20, -27, 32767, -32768]
-
-
-@pytest.mark.parametrize(("port", "byte"), PRINTED.items())
-def test_each_bit_of_a_port_is_read_from_its_address_and_no_other(port: int, byte: int) -> None:
-    """Source: manual chapter 1, 4.1, serial output."""
-    plc = AreasBench(m=12)
-    for bit in range(8):
-        plc.so[32:48] = bytes(16)
-        plc.so[byte] = 1 << bit
-        assert plc.read("ReadBit", Port=10 * port + bit) == (True, True, 0)
-        plc.so[32:48] = bytes([0xFF] * 16)
-        plc.so[byte] = 0xFF & ~(1 << bit)
-        assert plc.read("ReadBit", Port=10 * port + bit) == (False, True, 0)
-
-
-@pytest.mark.parametrize(("port", "byte"), PRINTED.items())
-def test_each_bit_of_a_port_is_written_to_its_address_and_no_other(port: int, byte: int) -> None:
-    """Source: manual chapter 1, 4.1, serial input."""
-    plc = AreasBench(n=100)
-    for bit in range(8):
-        for state, others in ((True, 0x00), (False, 0xFF)):
-            plc.fill(others)
-            assert plc.write("WriteBit", Port=10 * port + bit, Value=state) == 0
-            expected = bytearray([others] * 512)
-            expected[100 + byte] ^= 1 << bit
-            expected[100:134] = plc.image[100:134]
-            assert plc.image == bytes(expected)
-
-
-@pytest.mark.parametrize("size", [48, 256])
-@pytest.mark.parametrize(("port", "byte"), PRINTED.items())
-def test_a_whole_port_is_one_byte_at_its_address(port: int, byte: int, size: int) -> None:
-    """Source: manual chapter 1, 4.1 and 4.2, SO2() to SO15(), SI2() to SI15()."""
-    plc = AreasBench(size=size, m=20, n=30)
-    plc.so[byte] = 0x9C
-    assert plc.read("ReadPort", Port=port) == (0x9C, True, 0)
-    plc.fill(0xA5)
-    assert plc.write("WritePort", Port=port, Value=0x63) == 0
-    expected = bytearray([0xA5] * 512)
-    expected[30 + byte] = 0x63
-    expected[30:64] = plc.image[30:64]
-    assert plc.image == bytes(expected)
 
 
 def test_the_manuals_values_of_port_2() -> None:
@@ -120,26 +65,9 @@ def test_a_number_that_is_no_general_purpose_bit_is_refused(port: int) -> None:
 
 
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
-@pytest.mark.parametrize(
-    ("offset", "size", "error"), [(0, 47, 0x8030), (466, 48, 0x8031), (-2, 48, 0x8031)]
-)
-def test_bits_of_an_illegal_area_are_refused(kind: str, offset: int, size: int, error: int) -> None:
-    plc = AreasBench()
-    plc.fill(0xA5)
-    plc[f"Read{kind}.m"], plc[f"Read{kind}.Size"] = offset, size
-    plc[f"Write{kind}.n"], plc[f"Write{kind}.Size"] = offset, size
-    plc["Writing"] = True
-    plc.scan()
-    assert plc[f"Read{kind}.ErrorID"] == plc[f"Write{kind}.ErrorID"] == error
-    assert plc[f"Read{kind}.Valid"] is False
-    assert plc.image[47:] == bytes([0xA5] * 465)
-
-
-@pytest.mark.parametrize("kind", ["Bit", "Port"])
 def test_bits_at_an_odd_offset_are_refused_in_an_image_of_words_only(kind: str) -> None:
     plc = AreasBench(m=3, n=3, alike=False)
-    plc["Writing"] = True
-    plc.scan()
+    plc.change("Writing", to=True)
     for name in (f"Read{kind}", f"Write{kind}"):
         assert plc[f"{name}W.ErrorID"] == 0x8032
         assert plc[f"{name}.ErrorID"] == 0
@@ -167,3 +95,105 @@ def test_an_illegal_port_is_told_before_a_missing_connection(kind: str) -> None:
     plc = AreasBench()
     plc["Connected"] = False
     assert plc.read(f"Read{kind}", Port=8) == (0, False, 0x8033)
+
+
+# --- the blocks alone, on an image in which no two words are alike ---
+
+#: Ports as the manual prints them, and the byte of the area that each of them is.
+PRINTED = {
+    **{port: 32 + port for port in range(2, 8)},
+    **{port: 30 + port for port in range(10, 16)},
+}
+_IMAGE = bytes((0x5B * k + k // 256 + 0x2D) % 256 for k in range(512))
+_AREAS = pytest.mark.parametrize(("size", "offset"), [(48, 0), (256, 100), (48, 464)])
+_TWINS = pytest.mark.parametrize("twin", ["", "InWords"])
+
+
+@cache
+def _compiled(block: str) -> Alone:
+    image = "RCX_IMAGE_WORDS" if block.endswith("InWords") else "RCX_IMAGE"
+    robot = {"Robot": "RCX_REF"} if "Read" in block else {}
+    return Alone(block, {**robot, "Image": image})
+
+
+def _block(name: str, size: int, offset: int) -> Alone:
+    alone = _compiled(name)
+    alone.restart()
+    words = [low | high << 8 for low, high in zip(_IMAGE[::2], _IMAGE[1::2], strict=True)]
+    alone["Image"] = words if name.endswith("InWords") else list(_IMAGE)
+    if "Read" in name:
+        alone["Robot.Connected"] = True
+    alone["Block.m" if "Read" in name else "Block.n"], alone["Block.Size"] = offset, size
+    return alone
+
+
+def _bytes(alone: Alone, name: str) -> bytes:
+    image = alone["Image"]
+    assert isinstance(image, list)
+    if name.endswith("InWords"):
+        return b"".join(word.to_bytes(2, "little") for word in image)
+    return bytes(image)
+
+
+@_AREAS
+@_TWINS
+def test_a_bit_is_written_and_everything_beside_it_stays(twin: str, size: int, offset: int) -> None:
+    """Source: manual chapter 1, 4.1; chapter 3, 2.1: SI(20) to SI(157), counted in octal."""
+    name = f"FB_WriteBit{twin}"
+    alone = _block(name, size, offset)
+    expected = bytearray(_IMAGE)
+    for port, byte in PRINTED.items():
+        for digit in range(8):
+            for state in (not expected[offset + byte] >> digit & 1, port % 2 == 0):
+                expected[offset + byte] &= ~(1 << digit)
+                expected[offset + byte] |= state << digit
+                alone["Block.Port"], alone["Block.Value"] = 10 * port + digit, state
+                alone.scan(0)
+                assert _bytes(alone, name) == bytes(expected), (port, digit, state)
+                assert alone["Block.Error"] is False
+
+
+@_AREAS
+@_TWINS
+def test_a_port_is_written_and_everything_beside_it_stays(
+    twin: str, size: int, offset: int
+) -> None:
+    """Source: manual chapter 1, 4.1; chapter 3, 2.1: SI2() to SI15(), counted in octal."""
+    name = f"FB_WritePort{twin}"
+    alone = _block(name, size, offset)
+    expected = bytearray(_IMAGE)
+    for port, byte in PRINTED.items():
+        expected[offset + byte] ^= 0xC6
+        alone["Block.Port"], alone["Block.Value"] = port, expected[offset + byte]
+        alone.scan(0)
+        assert _bytes(alone, name) == bytes(expected), port
+        assert alone["Block.Error"] is False
+
+
+@_AREAS
+@_TWINS
+def test_every_port_and_every_bit_is_read_from_its_place(twin: str, size: int, offset: int) -> None:
+    """Source: manual chapter 1, 4.1; chapter 3, 2.2: SO(20) to SO(157), counted in octal."""
+    port_block, bit_block = (
+        _block(f"FB_Read{kind}{twin}", size, offset) for kind in ("Port", "Bit")
+    )
+    for port, byte in PRINTED.items():
+        port_block["Block.Port"] = port
+        port_block.scan(0)
+        assert port_block["Block.Value"] == _IMAGE[offset + byte], port
+        for digit in range(8):
+            bit_block["Block.Port"] = 10 * port + digit
+            bit_block.scan(0)
+            assert bit_block["Block.Value"] is bool(_IMAGE[offset + byte] >> digit & 1)
+            assert bit_block["Block.Valid"] is True
+
+
+@_TWINS
+@pytest.mark.parametrize("kind", ["Bit", "Port"])
+@pytest.mark.parametrize("verb", ["Read", "Write"])
+def test_an_illegal_area_is_told_before_an_illegal_port(verb: str, kind: str, twin: str) -> None:
+    """As the blocks of words do. Source: docs/reference/errors.md, 16#8030 and 16#8033."""
+    block = _block(f"FB_{verb}{kind}{twin}", 100, 0)
+    block["Block.Port"] = 99
+    block.scan(0)
+    assert block["Block.ErrorID"] == 0x8030

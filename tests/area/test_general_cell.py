@@ -20,10 +20,7 @@ EXAMPLE = ROOT / "plc/examples/03_general_io"
 def example(build_cell: Build) -> Cell:
     """Example 03, its cell closed, its button not yet pressed."""
     cell = build_cell(
-        [EXAMPLE / "Config.st", EXAMPLE / "GeneralIo.st"],
-        robot=EXAMPLE / "robot.toml",
-        m=20,
-        n=40,
+        [EXAMPLE / "Config.st", EXAMPLE / "GeneralIo.st"], robot=EXAMPLE / "robot.toml", m=20, n=40
     )
     cell["Main.CellSafe"] = True
     return cell
@@ -61,10 +58,7 @@ def test_the_robot_program_waits_for_the_bit(example: Cell) -> None:
 def test_remote_commands_and_shared_words_do_not_meet_on_the_wire(
     build_cell: Build, jitter: str
 ) -> None:
-    """Words change in every scan, commands follow each other: no rule is broken either way.
-
-    Source: guide chapter 1, 1.1, note; manual chapter 1, 4.1.
-    """
+    """Source: guide chapter 1, 1.1, note; manual chapter 1, 4.1."""
     cell = build_cell(AREAS, scan="10ms", jitter=jitter, phases="random", seed=3)
     cell["Main.WriteArea.Margin"] = "T#30ms"
     cell["Main.First.Code"] = 0x0505

@@ -125,10 +125,7 @@ def test_words_of_commands_bits_and_the_reserved_area_are_refused(number: int, k
 
 @pytest.mark.parametrize("number", [3, 13, 15, 25, 125, 127])
 def test_a_double_word_begins_at_an_even_number(number: int) -> None:
-    """So none reaches from SIW(15) into the bits, or from SIW(127) out of the area.
-
-    Source: manual chapter 1, 4.1 and 4.2, lists of SOD and SID.
-    """
+    """Source: manual chapter 1, 4.1 and 4.2, lists of SOD and SID."""
     plc = _up(size=256)
     plc.fill(0xA5)
     plc.scan()
@@ -152,21 +149,23 @@ def test_extended_words_need_256_bytes(number: int, kind: str) -> None:
     assert plc.image == before
 
 
-@pytest.mark.parametrize("kind", ["Word", "DoubleWord"])
+@pytest.mark.parametrize("kind", ["Bit", "Port", "Word", "DoubleWord"])
 @pytest.mark.parametrize(
     ("offset", "size", "error"), [(0, 47, 0x8030), (466, 48, 0x8031), (-2, 48, 0x8031)]
 )
-def test_words_of_an_illegal_area_are_refused(
+def test_bits_and_words_of_an_illegal_area_are_refused(
     kind: str, offset: int, size: int, error: int
 ) -> None:
-    plc = _up()
+    plc = AreasBench()
+    plc.fill(0xA5)
     plc[f"Read{kind}.m"], plc[f"Read{kind}.Size"] = offset, size
     plc[f"Write{kind}.n"], plc[f"Write{kind}.Size"] = offset, size
-    plc[f"Write{kind}.Value"] = 1
-    plc["Writing"] = True
-    plc.scan()
+    plc[f"Write{kind}.Value"] = True if kind == "Bit" else 1
+    plc.change("Writing", to=True)
     assert plc[f"Read{kind}.ErrorID"] == plc[f"Write{kind}.ErrorID"] == error
+    assert plc[f"Read{kind}.Valid"] is False
     assert plc["Robot.Inner.General"] == [0] * 15
+    assert plc.image[47:] == bytes([0xA5] * 465)
 
 
 @pytest.mark.parametrize("kind", ["Word", "DoubleWord"])
@@ -175,8 +174,7 @@ def test_words_at_an_odd_offset_are_refused_in_an_image_of_words_only(kind: str)
     _show(plc, 24, 0x1111, 0x0001)
     plc[f"Read{kind}.Number"] = plc[f"Write{kind}.Number"] = 24
     plc[f"Write{kind}.Value"] = 0x1234
-    plc["Writing"] = True
-    plc.scan()
+    plc.change("Writing", to=True)
     for name in (f"Read{kind}", f"Write{kind}"):
         assert plc[f"{name}W.ErrorID"] == 0x8032
         assert plc[f"{name}.ErrorID"] == 0
@@ -250,8 +248,7 @@ def test_extended_words_and_bits_are_valid_while_a_command_runs() -> None:
     plc = _up(size=256)
     _show(plc, 126, 0x5678, 0x1234)
     plc.so[45] = 0x80
-    plc["First.Execute"] = True
-    plc.scan(3)
+    plc.change("First.Execute", to=True, scans=3)
     plc.answer(0x0100)
     assert plc.read("ReadWord", Number=127) == (0x1234, True, 0)
     assert plc.read("ReadDoubleWord", Number=126) == (0x12345678, True, 0)
@@ -259,10 +256,7 @@ def test_extended_words_and_bits_are_valid_while_a_command_runs() -> None:
 
 
 def test_a_running_command_is_never_disturbed_by_a_general_purpose_write() -> None:
-    """All words change in every scan; the command's data stand from the data to the reset.
-
-    Source: guide chapter 1, 1.1, note: code and data are held until the end.
-    """
+    """Source: guide chapter 1, 1.1, note: code and data are held until the end."""
     plc = _up()
     plc["Writing"] = plc["First.Execute"] = True
     plc["WriteDoubleWord.Number"] = 14
@@ -272,8 +266,7 @@ def test_a_running_command_is_never_disturbed_by_a_general_purpose_write() -> No
         for _ in range(count):
             number = 2 + plc.now_us // 10_000 % 12
             plc["WriteWord.Number"], plc["WriteWord.Value"] = number, plc.now_us // 1000
-            plc["WriteDoubleWord.Value"] = -plc.now_us
-            plc.scan()
+            plc.change("WriteDoubleWord.Value", to=-plc.now_us)
             seen.append(plc.words)
 
     look(1)
@@ -292,15 +285,12 @@ def test_a_running_command_is_never_disturbed_by_a_general_purpose_write() -> No
 def test_what_is_written_during_a_command_goes_out_after_it() -> None:
     """Source: guide chapter 1, 1.2, code 0x0000."""
     plc = _up()
-    plc["First.Execute"] = True
-    plc.scan(3)
+    plc.change("First.Execute", to=True, scans=3)
     assert plc.write("WriteWord", Number=7, Value=0xBEEF) == 0
     assert plc.words == [0x0001, *DATA]
-    plc.answer(0x0200)
-    plc.scan()
+    plc.answer(0x0200, scans=1)
     assert plc.words == [0, *[0] * 6, 0xBEEF, *[0] * 8]
-    plc.answer(0)
-    plc.scan(5)
+    plc.answer(0, scans=5)
     assert _written(plc, 7) == 0xBEEF, "and stays until something else is written"
 
 
@@ -315,21 +305,16 @@ def test_word_1_belongs_to_the_commands_alone() -> None:
 def test_writes_go_on_without_connection_and_the_values_are_there_after_it() -> None:
     """Nobody reads the image meanwhile: manual chapter 1, 5.2."""
     plc = _up(size=256)
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Connected", to=False)
     assert plc.write("WriteWord", Number=3, Value=0x0303) == 0
     assert plc.write("WriteWord", Number=30, Value=0x3030) == 0
     assert plc.write("WriteBit", Port=33, Value=True) == 0
-    plc["Connected"] = True
-    plc.scan()
+    plc.change("Connected", to=True)
     assert [_written(plc, 3), _written(plc, 30), plc.image[35]] == [0x0303, 0x3030, 0x08]
 
 
 def test_the_reserved_bytes_are_never_written_by_anything() -> None:
-    """Every block writes everything it may, at 48 and at 256 bytes.
-
-    Source: manual chapter 5, 1, reserved area; chapter 1, 4.1, note 3.
-    """
+    """Source: manual chapter 5, 1, reserved area; chapter 1, 4.1, note 3."""
     for size in (48, 256):
         plc = _up(size=size, n=64)
         plc.fill(0x5A)

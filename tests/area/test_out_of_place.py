@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -33,10 +32,8 @@ def _compiled(words: str) -> PlcBench:
     """A program with stops, releases and a few more, called at the places that are TRUE."""
     image = "RCX_IMAGE_WORDS" if words else "RCX_IMAGE"
     panel = "Keys(Robot := Robot, Panel := Panel);"
-    with TemporaryDirectory() as folder:
-        program = Path(folder) / "Places.st"
-        program.write_text(
-            f"""PROGRAM Places
+    return PlcBench(
+        program=f"""PROGRAM Places
   VAR
     InputArea, OutputArea : {image};
     Robot : RCX_REF;
@@ -73,9 +70,8 @@ def _compiled(words: str) -> PlcBench:
   END_IF;
 END_PROGRAM
 """,
-            encoding="utf-8",
-        )
-        return PlcBench(program=program, contract=False)
+        contract=False,
+    )
 
 
 def _first(words: str = "") -> PlcBench:
@@ -116,25 +112,20 @@ def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_
     """
     plc = _up(words)
     _move(plc, place)
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     assert (plc[f"{block}.Error"], plc[f"{block}.ErrorID"]) == (True, OUT_OF_PLACE)
-    plc[f"{block}.Execute"] = False
-    plc.scan()
+    plc.change(f"{block}.Execute", to=False)
     assert plc.inputs == kept
     plc.scan(30)
     assert plc.inputs == kept, "it is held"
     release = {"Halt": "Release", "Stop": "Go"}[block]
-    plc[f"{release}.Execute"] = True
-    plc.scan(30)
+    plc.change(f"{release}.Execute", to=True, scans=30)
     assert plc[f"{release}.ErrorID"] == OUT_OF_PLACE
     assert plc.inputs == kept, "no release out of place"
-    plc[f"{release}.Execute"] = False
-    plc.scan()
+    plc.change(f"{release}.Execute", to=False)
     _move(plc, "There")
     plc.scan(2)
-    plc[f"{release}.Execute"] = True
-    plc.scan(14)
+    plc.change(f"{release}.Execute", to=True, scans=14)
     assert input_name in plc.inputs
 
 
@@ -142,14 +133,12 @@ def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_
 def test_a_stop_that_is_moved_while_it_is_at_work_stays(place: str) -> None:
     """Source: manual chapter 5, 2, SI(00); head of FB_EmergencyStop: until it is released."""
     plc = _up()
-    plc["Halt.Execute"] = True
-    plc.scan(2)
+    plc.change("Halt.Execute", to=True, scans=2)
     assert plc["Halt.Busy"]
     _move(plc, place)
     plc.scan()
     assert plc["Halt.ErrorID"] == OUT_OF_PLACE
-    plc["Halt.Execute"] = False
-    plc.scan(40)
+    plc.change("Halt.Execute", to=False, scans=40)
     assert plc.inputs == ["SI06"]
 
 
@@ -162,15 +151,12 @@ def test_a_release_that_is_moved_before_its_input_is_on_puts_the_hold_back(
     plc = _up()
     stop = {"Release": "Halt", "Go": "Stop"}[block]
     plc.outputs(SO13=True)
-    plc[f"{stop}.Execute"] = True
-    plc.scan(2)
+    plc.change(f"{stop}.Execute", to=True, scans=2)
     plc[f"{stop}.Execute"] = False
-    plc.outputs(SO00=True, SO02=False, SO13=False)
-    plc.scan(4)
+    plc.outputs(SO00=True, SO02=False, SO13=False, scans=4)
     assert plc[f"Robot.Inner.{hold}"]
     plc[f"{block}.Execute"] = True
-    plc.outputs(SO00=False, SO02=True)
-    plc.scan()
+    plc.outputs(SO00=False, SO02=True, scans=1)
     assert not plc[f"Robot.Inner.{hold}"]
     _move(plc, place)
     plc.scan()
@@ -189,10 +175,8 @@ def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words
     _move(plc, place)
     plc["Request"], plc["Code"] = 0x8000, 0x0001
     plc.scan(20)
-    plc["WriteArea.n"] = 600
-    plc.scan(3)
-    plc["WriteArea.n"] = 0
-    plc.scan(20)
+    plc.change("WriteArea.n", to=600, scans=3)
+    plc.change("WriteArea.n", to=0, scans=20)
     assert plc.words == [0] * 16
     assert plc.inputs == ["SI00", "SI06"]
 
@@ -202,42 +186,33 @@ def test_a_block_that_is_called_before_the_first_reading_of_all_is_refused() -> 
     plc = _first()
     _move(plc, "Early")
     plc["Moving.Execute"] = True
-    plc.outputs(SO01=True, SO02=True, SO04=True)
-    plc.scan()
+    plc.outputs(SO01=True, SO02=True, SO04=True, scans=1)
     assert plc["Moving.ErrorID"] == OUT_OF_PLACE
     plc.scan(60)
     assert plc.words[0] == 0
-    plc["Moving.Execute"] = False
-    plc.scan()
+    plc.change("Moving.Execute", to=False)
     _move(plc, "There")
     plc.scan()
-    plc["Moving.Execute"] = True
-    plc.scan(3)
+    plc.change("Moving.Execute", to=True, scans=3)
     assert plc.words[0] == 0x0001
 
 
 @pytest.mark.parametrize("place", PLACES)
 def test_an_output_of_positions_whose_block_moves_is_ended_by_the_status_reset(place: str) -> None:
-    """Else nobody would end it: it has no end of its own.
-
-    Source: remote command guide 4.7.4, status reset.
-    """
+    """Source: remote command guide 4.7.4, status reset."""
     plc = _up()
     plc["Watch.Enable"] = True
     plc.scan_until(lambda: plc.words[0] == 0x0505)
-    plc.answer(0x0100)
-    plc.scan(3)
+    plc.answer(0x0100, scans=3)
     assert plc["Watch.Valid"]
     _move(plc, place)
     plc.scan()
     assert (plc["Watch.Valid"], plc["Watch.ErrorID"]) == (False, OUT_OF_PLACE)
     plc.scan(1)
     assert plc.words[0] == 0
-    plc.answer(0)
-    plc.scan(10)
+    plc.answer(0, scans=10)
     assert plc.words[0] == 0
-    plc["Other.Execute"] = True
-    plc.scan(3)
+    plc.change("Other.Execute", to=True, scans=3)
     assert plc.words[0] == 0x0001
 
 
@@ -263,23 +238,18 @@ def test_a_block_that_changes_its_place_from_scan_to_scan_sends_at_most_once(ord
 def test_a_panel_out_of_place_starts_nothing_says_so_and_still_stops(place: str) -> None:
     """Source: head of FB_Operator: Stop always acts; docs/reference/errors.md, 16#8017."""
     plc = _up()
-    plc.outputs(SO02=False)
-    plc.scan(4)
+    plc.outputs(SO02=False, scans=4)
     assert plc["Panel.Can.ServoOn"]
     _move(plc, place)
     plc.scan()
     assert (plc["Keys.Error"], plc["Keys.ErrorID"]) == (True, OUT_OF_PLACE)
     assert (plc["Panel.MessageID"], plc["Panel.Can.ServoOn"]) == (OUT_OF_PLACE, False)
-    plc["Panel.Key.ServoOn"] = True
-    plc.scan(30)
+    plc.change("Panel.Key.ServoOn", to=True, scans=30)
     assert plc.inputs == ["SI00", "SI06"]
-    plc["Panel.Key.Stop"] = True
-    plc.scan(2)
+    plc.change("Panel.Key.Stop", to=True, scans=2)
     assert plc.inputs == ["SI00"]
-    plc["Panel.Key.Stop"] = False
-    plc.scan(2)
-    plc["Panel.Key.Reset"] = True
-    plc.scan(30)
+    plc.change("Panel.Key.Stop", to=False, scans=2)
+    plc.change("Panel.Key.Reset", to=True, scans=30)
     assert plc.inputs == ["SI00"], "no release out of place"
 
 
@@ -289,8 +259,7 @@ def test_a_work_cycle_out_of_place_is_a_fault(place: str) -> None:
     plc = _up()
     plc.scan(2)
     _move(plc, place)
-    plc["Cycle.Start"] = True
-    plc.scan()
+    plc.change("Cycle.Start", to=True)
     assert (plc["Cycle.ErrorID"], plc["Cycle.State"]) == (OUT_OF_PLACE, "WORK_FAULT")
     plc.scan(30)
     assert not plc["Cycle.Run"]

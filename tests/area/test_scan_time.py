@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import accumulate
-from pathlib import Path
 from random import Random
 
 import pytest
 
 from both_engines import ENGINES
-from structured_text.engines import build
-from structured_text.projects.needed import needed
+from plc_bench import compiled
 
-_LIBRARY = sorted((Path(__file__).resolve().parents[2] / "plc/lib").rglob("*.st"))
 _PROGRAM = """
 PROGRAM Clocked
   VAR
@@ -32,11 +29,9 @@ END_CONFIGURATION
 """
 
 
-def _counted(folder: Path, engine: str, gaps_us: Sequence[int]) -> tuple[list[int], int]:
+def _counted(engine: str, gaps_us: Sequence[int]) -> tuple[list[int], int]:
     """What each scan counts, with so much time before each but the first, and the sum."""
-    file = folder / "clocked.st"
-    file.write_text(_PROGRAM)
-    program = build([file, *needed([file], _LIBRARY)], engine).program
+    program = compiled(_PROGRAM, engine)
     counted = []
     for now_us in accumulate(gaps_us, initial=5_000_000):
         program.scan(now_us)
@@ -46,39 +41,39 @@ def _counted(folder: Path, engine: str, gaps_us: Sequence[int]) -> tuple[list[in
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_first_scan_gives_0_and_each_further_one_the_time_since_the_last(
-    tmp_path: Path, engine: str
+    engine: str,
 ) -> None:
     gaps = [10_000, 1_000, 999_000, 1_000_000, 1_001_000, 0, 64_999_000]
-    counted, _ = _counted(tmp_path, engine, gaps)
+    counted, _ = _counted(engine, gaps)
     assert counted == [0, 10, 1, 999, 1000, 1001, 0, 64_999]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_parts_of_a_millisecond_count_later(tmp_path: Path, engine: str) -> None:
-    counted, _ = _counted(tmp_path, engine, [600, 600, 600, 600, 10_600])
+def test_parts_of_a_millisecond_count_later(engine: str) -> None:
+    counted, _ = _counted(engine, [600, 600, 600, 600, 10_600])
     assert counted == [0, 0, 1, 0, 1, 11]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_from_65_s_on_it_is_65535_and_goes_on_from_there(tmp_path: Path, engine: str) -> None:
+def test_from_65_s_on_it_is_65535_and_goes_on_from_there(engine: str) -> None:
     gaps = [65_000_000, 10_000, 3_600_000_000, 10_000, 99_999_000, 7_000]
-    counted, _ = _counted(tmp_path, engine, gaps)
+    counted, _ = _counted(engine, gaps)
     assert counted == [0, 65_535, 10, 65_535, 10, 65_535, 7]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("scan_us", [1_000, 2_000, 4_000, 8_000, 16_000, 128_000, 333, 7_777])
-def test_a_long_run_loses_and_gains_nothing(tmp_path: Path, engine: str, scan_us: int) -> None:
+def test_a_long_run_loses_and_gains_nothing(engine: str, scan_us: int) -> None:
     """Where literals are a nanosecond short, as about half of them on matiec, it would."""
-    _, total = _counted(tmp_path, engine, [scan_us] * 3000)
+    _, total = _counted(engine, [scan_us] * 3000)
     assert total == scan_us * 3000 // 1000
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_uneven_scans_add_up_too(tmp_path: Path, engine: str) -> None:
+def test_uneven_scans_add_up_too(engine: str) -> None:
     random = Random(8)
     gaps = [random.choice((1, 999, 1000, 1001, 20_000, 999_999, 2_500_000)) for _ in range(3000)]
-    counted, total = _counted(tmp_path, engine, gaps)
+    counted, total = _counted(engine, gaps)
     assert total == sum(gaps) // 1000
     assert counted[1:] == [
         after // 1000 - before // 1000

@@ -27,10 +27,7 @@ def _cell(build: Build, plc: int, robot: int, **options: object) -> Cell:
 def test_without_the_same_size_there_is_no_connection(
     build_cell: Build, plc: int, robot: int, link: str
 ) -> None:
-    """I/O size of master and controller must agree; else the connection is not established.
-
-    Source: manual chapter 3, 1, conditions and incorrect connection.
-    """
+    """Source: manual chapter 3, 1, conditions and incorrect connection."""
     cell = _cell(build_cell, plc, robot, link=link)
     cell.run("1s")
     assert not cell.connected
@@ -44,10 +41,7 @@ def test_without_the_same_size_there_is_no_connection(
 
 @pytest.mark.parametrize("size", [48, 256])
 def test_with_the_same_size_there_is_a_connection(build_cell: Build, size: int) -> None:
-    """SIOW extension invalid: 48 bytes; valid: 256 bytes.
-
-    Source: manual chapter 3, 1, conditions.
-    """
+    """Source: manual chapter 3, 1, conditions."""
     cell = _cell(build_cell, size, size)
     cell.run("1s")
     assert cell.connected

@@ -43,8 +43,7 @@ def test_code_data_and_dedicated_inputs_go_to_their_words_and_no_others(size: in
     plc.fill(0xA5)
     plc.power_up()
     plc["First.Code"], plc["First.Data"] = 0x1234, list(range(0x0101, 0x0110))
-    plc["First.Execute"] = plc["ServoOn.Execute"] = True
-    plc.scan(13)
+    plc.change("First.Execute", "ServoOn.Execute", to=True, scans=13)
     k = n // 2
     assert [_word(plc, k + j) for j in range(16)] == [0x1234, *range(0x0101, 0x0110)]
     assert _word(plc, k + 16) == 0x0043, "SI(00), SI(01) and SI(06)"
@@ -72,8 +71,7 @@ def test_both_twins_agree_in_every_scan_whatever_the_controller_answers() -> Non
 def test_an_odd_offset_is_refused_in_an_image_of_words(offset: int) -> None:
     plc = AreasBench(m=offset, n=offset, alike=False)
     plc.fill(0xA5)
-    plc.outputs(SO01=True)
-    plc.scan(20)
+    plc.outputs(SO01=True, scans=20)
     assert plc["ReadAreaW.Error"] is plc["WriteAreaW.Error"] is True
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8032
     assert plc["RobotW.Connected"] is False
@@ -110,11 +108,9 @@ def test_without_connection_nothing_of_the_image_of_words_is_believed() -> None:
     """Source: manual chapter 1, 5.2: communication is disabled in the connection error state."""
     plc = AreasBench()
     plc.answer(0x4000, [0x000C, 0x0258])
-    plc.outputs(SO00=True)
-    plc.scan()
+    plc.outputs(SO00=True, scans=1)
     assert plc["RobotW.Response[2]"] == 0x0258
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Connected", to=False)
     assert plc["RobotW.Status"] == 0
     assert plc["RobotW.Response"] == [0] * 15
     assert not any(plc["RobotW.SO"].values())
@@ -122,11 +118,9 @@ def test_without_connection_nothing_of_the_image_of_words_is_believed() -> None:
 
 def test_a_smaller_image_is_told_by_its_size_in_bytes() -> None:
     plc = AreasBench(m=100, n=100)
-    plc["ReadArea.ImageSize"] = plc["WriteArea.ImageSize"] = 147
-    plc.scan()
+    plc.change("ReadArea.ImageSize", "WriteArea.ImageSize", to=147)
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8031
-    plc["ReadArea.ImageSize"] = plc["WriteArea.ImageSize"] = 148
-    plc.scan()
+    plc.change("ReadArea.ImageSize", "WriteArea.ImageSize", to=148)
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0
 
 
@@ -134,7 +128,6 @@ def test_a_smaller_image_is_told_by_its_size_in_bytes() -> None:
 def test_no_area_lies_in_an_image_that_is_too_small(size: int) -> None:
     """Also where the image's size less the area's is no number of an INT any more."""
     plc = AreasBench(m=0, n=0)
-    plc["ReadArea.ImageSize"] = plc["WriteArea.ImageSize"] = size
-    plc.scan()
+    plc.change("ReadArea.ImageSize", "WriteArea.ImageSize", to=size)
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8031
     assert plc["ReadArea.ErrorID"] == plc["WriteArea.ErrorID"] == 0x8031

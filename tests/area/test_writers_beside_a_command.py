@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from plc_bench import PlcBench
@@ -42,16 +40,14 @@ _WRITERS = {
 }
 
 
-def _bench(folder: Path, block: str, words: str, *, after: bool) -> PlcBench:
-    file = folder / "Bench.st"
+def _bench(block: str, words: str, *, after: bool) -> PlcBench:
     text = _PROGRAM.format(
         block=block + ("InWords" if words else ""),
         words=words,
         image="RCX_IMAGE_WORDS" if words else "RCX_IMAGE",
         robot="Robot := Robot, " if "Word" in block else "",
     )
-    file.write_text(text, encoding="utf-8")
-    plc = PlcBench(program=file)
+    plc = PlcBench(program=text)
     plc["After"] = after
     plc.power_up()
     plc["First.Code"], plc["First.Data"] = CODE, DATA
@@ -62,13 +58,13 @@ def _bench(folder: Path, block: str, words: str, *, after: bool) -> PlcBench:
 @pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
 @pytest.mark.parametrize("block", _WRITERS)
 def test_no_writing_block_changes_a_command_that_is_out(
-    tmp_path: Path, block: str, words: str, after: bool
+    block: str, words: str, after: bool
 ) -> None:
     """Code and data stand still until the status has changed, in whatever order blocks are called.
 
     Source: manual chapter 1, 4.1, note on the words of remote commands; guide chapter 2.
     """
-    plc = _bench(tmp_path, block, words, after=after)
+    plc = _bench(block, words, after=after)
     pin = "Number" if "Word" in block else "Port"
     for number in _WRITERS[block]:
         plc[f"Writer.{pin}"] = number
@@ -90,25 +86,18 @@ def test_no_writing_block_changes_a_command_that_is_out(
                 assert plc.words[1:] == DATA, f"{pin} {number}, scan {scan}: data before the code"
         assert out >= 7
         assert plc["First.Done"]
-        plc["First.Execute"] = False
-        plc.scan(3)
+        plc.change("First.Execute", to=False, scans=3)
 
 
 @pytest.mark.parametrize("after", [False, True], ids=["before", "after"])
 @pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
 @pytest.mark.parametrize("block", ["FB_WriteWord", "FB_WriteDoubleWord"])
-def test_between_commands_each_word_goes_out(
-    tmp_path: Path, block: str, words: str, after: bool
-) -> None:
-    """With the value of the scan before where the block is called after FB_WriteArea.
-
-    Source: manual chapter 1, 4.1: SIW(2) to SIW(15) at n + 4 to n + 30.
-    """
-    plc = _bench(tmp_path, block, words, after=after)
+def test_between_commands_each_word_goes_out(block: str, words: str, after: bool) -> None:
+    """Source: manual chapter 1, 4.1: SIW(2) to SIW(15) at n + 4 to n + 30."""
+    plc = _bench(block, words, after=after)
     for number in _WRITERS[block]:
         plc["Writer.Number"], plc["Writer.Value"] = number, 0x1234
         plc.scan(2)
         assert plc.words[number] == 0x1234, f"SIW({number})"
-        plc["Writer.Value"] = 0
-        plc.scan(2)
+        plc.change("Writer.Value", to=0, scans=2)
         assert plc.words[number] == 0, f"SIW({number})"

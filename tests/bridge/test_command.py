@@ -129,7 +129,7 @@ def test_the_registers_can_be_others(bridge: Start, plc: ModbusPlc) -> None:
     assert {(3, 100, 25), (16, 0, 25)} == set(plc.requests)
 
 
-def test_where_there_is_no_plc_one_line_says_so(capsys: Captured) -> None:
+def test_a_missing_plc_is_one_line(capsys: Captured) -> None:
     assert main(["bridge", "--plc", "127.0.0.1:1", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("rcx: no Modbus TCP connection to 127.0.0.1:1: ")
@@ -137,7 +137,7 @@ def test_where_there_is_no_plc_one_line_says_so(capsys: Captured) -> None:
     assert error.count("\n") == 1
 
 
-def test_where_there_is_no_robot_one_line_says_so(plc: ModbusPlc, capsys: Captured) -> None:
+def test_a_missing_robot_is_one_line(plc: ModbusPlc, capsys: Captured) -> None:
     assert main(["bridge", "--plc", f"127.0.0.1:{plc.port}", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert "no connection to the EtherNet/IP adapter at 127.0.0.1:1" in error
@@ -161,7 +161,7 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
         (["--size", "256"], "its areas have another size: try --size 48"),
         (["--read", "190"], "illegal data address; does the PLC have these registers"),
         (["--read", "1020"], "the registers 1020 to 1044 and 1024 to 1048 overlap"),
-        (["--unit", "256"], "--unit 256 is no unit identifier"),
+        (["--unit", "256"], "--unit 256 is not a unit identifier"),
         (["--period", "0ms"], "--period 0ms cannot be served; it can be 1ms to 1s"),
         (["--period", "2s"], "--period 2s cannot be served"),
         (["--timeout", "15ms"], "--timeout 15ms is less than two periods of 10ms"),
@@ -172,9 +172,9 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
         (["--hold", "nan"], "--hold: not a duration: 'nan'"),
         (["--timeout", "inf"], "--timeout: not a duration: 'inf'"),
         (["--period", "999999h"], "--period: '999999h' is too long for a duration"),
-        (["--unit", "-1"], "--unit -1 is no unit identifier"),
+        (["--unit", "-1"], "--unit -1 is not a unit identifier"),
         (["--read", "-1"], "--read -1: there are no registers -1 to 23"),
-        (["--from", "here"], "--from 'here' is no IPv4 address"),
+        (["--from", "here"], "--from 'here' is not an IPv4 address"),
         (["--plc", "127.0.0.1:\u0661"], "is no address; write it as"),
         (["--plc", "127.0.0.1:" + "9" * 5_000], "is no address; write it as"),
         (["--plc", "plc:modbus"], "--plc 'plc:modbus' is no address"),

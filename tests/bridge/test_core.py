@@ -17,6 +17,7 @@ from rcx_harness.bridge.core import (
     PlcSeen,
     RobotSeen,
     State,
+    area_of,
     words_of,
 )
 
@@ -94,9 +95,10 @@ def test_words_are_little_endian_as_the_library_reads_them() -> None:
     """
     assert words_of(_ANSWERS)[:4] == (0x0200, 0x0000, 0x1234, 0x0000)
     assert words_of(_ANSWERS)[16] == 0x0002
+    assert area_of(words_of(_ANSWERS)) == _ANSWERS
 
 
-def test_at_the_start_the_plc_is_told_for_the_hold_time_that_there_was_no_connection() -> None:
+def test_at_the_start_the_plc_sees_no_connection_for_the_hold_time() -> None:
     """First answer, then 200 ms of zeros that it has taken: exchanges 1, 2 and 20 more."""
     assert Scene().until_run() == 22
 
@@ -168,7 +170,7 @@ def test_each_byte_of_the_two_counts(at: int) -> None:
     assert scene.go(100).state is State.CLEARING
 
 
-def test_a_short_loss_of_the_robot_is_told_to_the_plc_for_the_whole_hold_time(
+def test_a_short_loss_of_the_robot_is_shown_to_the_plc_for_the_whole_hold_time(
     scene: Scene,
 ) -> None:
     """FB_ReadArea.Connected must be FALSE for at least one scan."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from rcx_harness.bridge.core import Limits, Lost, Registers, RobotSeen, State, area_of, words_of
+from rcx_harness.bridge.core import Limits, Lost, Registers, RobotSeen, State, words_of
 from rcx_harness.bridge.figures import Figures, figures_text, plc_text, robot_text, state_text
 from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.plc import PlcError
@@ -191,7 +191,7 @@ def test_a_refusal_leaves_the_connection_and_is_asked_again_at_once(loop: Loop, 
     assert room.names() == ["read", "robot"]
 
 
-def test_each_change_of_state_is_told_once(
+def test_each_change_of_state_is_reported_once(
     loop: Loop, room: Room, robot: Robot, news: list[tuple[State, str]]
 ) -> None:
     run(loop, room)
@@ -213,7 +213,7 @@ def test_at_the_end_both_sides_have_zeros(loop: Loop, room: Room, robot: Robot) 
     assert room.names()[2:] == ["robot"], "nobody is written to who is not there"
 
 
-def test_a_plc_that_goes_while_it_is_told_the_end_does_no_harm(loop: Loop, room: Room) -> None:
+def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room: Room) -> None:
     run(loop, room)
     room.fails.add("write")
     loop.end()
@@ -235,7 +235,7 @@ def test_figures_are_of_the_exchanges_that_succeeded(loop: Loop, room: Room) -> 
     assert loop.figures.look(room.now_us).count == count
 
 
-def test_the_99_of_100_are_told_from_the_longest() -> None:
+def test_the_99th_percentile_differs_from_the_longest() -> None:
     figures = Figures()
     for k in range(100):
         figures.add(k * 10_000, 1_000 if k < 98 else 50_000 + k)
@@ -256,7 +256,7 @@ _SEEN = ScannerStatistics(
 )
 
 
-def test_the_figures_are_told_in_one_line() -> None:
+def test_the_figures_are_one_line() -> None:
     figures = Figures()
     for k in range(11):
         figures.add(k * 10_000, 500)
@@ -274,11 +274,6 @@ def test_figures_of_another_time_are_not_shown() -> None:
     assert plc_text(figures.look(1_500_000)) == "PLC: no exchange for 1.5 s"
     assert robot_text(None) == robot_text((_SEEN, None)) == "robot: no packet yet"
     assert robot_text((_SEEN, 2_000_000)) == "robot: no packet for 2.0 s"
-
-
-def test_a_state_is_told_with_its_reason() -> None:
-    assert state_text(State.RUN, "") == "running"
-    assert state_text(State.NO_PLC, "x") == "no PLC: x"
 
 
 def test_an_area_and_the_word_behind_it_are_one_request_of_48_two_of_256_bytes() -> None:
@@ -310,6 +305,6 @@ def test_the_last_registers_and_neighbours_can_be_used() -> None:
     assert Registers(25, 0, 48).words == 24
 
 
-def test_words_and_bytes_are_the_same_both_ways() -> None:
-    assert area_of(words_of(_ANSWERS)) == _ANSWERS
-    assert words_of(b"\x34\x12") == (0x1234,)
+def test_a_state_is_shown_with_its_reason() -> None:
+    assert state_text(State.RUN, "") == "running"
+    assert state_text(State.NO_PLC, "x") == "no PLC: x"

@@ -95,9 +95,7 @@ def test_after_a_refusal_the_connection_stays(
     assert link.read() == (0,) * 25
 
 
-def test_another_unit_is_refused_by_a_plc_that_looks_at_it(
-    link_to: Callable[..., PlcLink],
-) -> None:
+def test_another_unit_is_refused_by_a_plc_that_looks_at_it(link_to: Callable[..., PlcLink]) -> None:
     with pytest.raises(PlcError, match="was refused: Modbus exception"):
         link_to(unit=9).read()
 
@@ -134,6 +132,6 @@ def test_a_plc_that_goes_and_comes_is_found_again(
 
 
 @pytest.mark.parametrize("host", ["no.such.host.invalid", "x" * 300])
-def test_a_host_that_is_none_is_told(host: str) -> None:
+def test_an_invalid_host_name_is_reported(host: str) -> None:
     with pytest.raises(PlcError, match="no Modbus TCP connection to"):
         PlcLink(host, 502, Registers()).connect()

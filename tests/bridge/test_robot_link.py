@@ -7,57 +7,17 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from fake_scanner import FakeScanner
 from rcx_harness.bridge.core import Lost, RobotSeen
 from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions
-from rcx_harness.enip.originator.scanner import Received, Scanner, ScannerStatistics
+from rcx_harness.enip.originator.scanner import Scanner
 from structured_text.errors import InputError
 
 _LOOKS = 60_000
-
-
-class FakeScanner:
-    """A scanner without a network."""
-
-    def __init__(self, refusal: CipError | None = None) -> None:
-        self.ended: EndReason | None = None
-        self.failure = ""
-        self.connected = False
-        self.dropped = ""
-        self.refusal = refusal
-        self.done: list[str] = []
-        self.written: list[tuple[bytes, int | None]] = []
-
-    def open(self) -> None:
-        """Refused, or open."""
-        self.done.append("open")
-        if self.refusal is not None:
-            raise self.refusal
-
-    def read(self) -> Received:
-        """Its area is all 7."""
-        return Received(bytes([7] * 48), 5, self.connected)
-
-    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
-        """Noted."""
-        assert run
-        self.done.append("write")
-        self.written.append((image, valid_us))
-
-    def drops(self) -> str:
-        """Why packets were dropped."""
-        return self.dropped
-
-    def statistics(self) -> ScannerStatistics:
-        """All 0."""
-        return ScannerStatistics(0, 0, 0, 0, 0, 0, 0, 0)
-
-    def close(self) -> None:
-        """Noted."""
-        self.done.append("close")
 
 
 class Network:
@@ -95,14 +55,6 @@ def test_before_packets_come_the_robot_is_not_there() -> None:
     assert link.read() == RobotSeen(bytes([7] * 48))
 
 
-def test_a_connection_that_lives_is_left_alone() -> None:
-    scanner = FakeScanner()
-    link = Network(scanner).link
-    link.opener.keep()
-    link.opener.keep()
-    assert scanner.done == ["write", "open"]
-
-
 @pytest.mark.parametrize("end", ["timed out", "process"])
 def test_a_connection_that_has_ended_is_replaced(end: str) -> None:
     first, second = FakeScanner(), FakeScanner()
@@ -119,7 +71,7 @@ def test_a_connection_that_has_ended_is_replaced(end: str) -> None:
     assert second.done == ["write", "open"]
 
 
-def test_without_a_robot_the_reason_is_told_and_keeping_on_does_no_harm() -> None:
+def test_without_a_robot_the_reason_is_reported_and_retries_do_no_harm() -> None:
     link = Network().link
     link.opener.keep()
     link.opener.keep()
@@ -181,9 +133,7 @@ def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) 
 
 
 @pytest.mark.exhaustive
-def test_words_whose_time_is_over_are_not_sent_until_there_are_new_ones(
-    adapter: Adapter, link: RobotLink
-) -> None:
+def test_expired_words_are_not_sent_until_new_words_come(adapter: Adapter, link: RobotLink) -> None:
     """Who has stopped writing must not keep the robot going.
 
     Twenty packets of the robot have come meanwhile, as many as would have gone the other way.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from rcx_harness.cell.clock import Action, Agenda, Kind
+from rcx_harness.cell.clock import Kind
+from structured_text.bench.agenda import Action, Agenda
 
 #: Times of events with their names.
 Seen = list[tuple[int, str]]
@@ -20,7 +21,7 @@ def take(agenda: Agenda, count: int) -> None:
         action(now_us)
 
 
-def test_what_repeats_comes_by_itself_between_what_comes_once() -> None:
+def test_repeated_and_single_events_keep_their_order() -> None:
     """At equal times the order is that of Kind.
 
     Source: rcx_harness.cell.clock, first paragraph.
@@ -35,7 +36,7 @@ def test_what_repeats_comes_by_itself_between_what_comes_once() -> None:
     ]  # fmt: skip
 
 
-def test_of_several_controllers_each_kind_is_over_before_the_next_begins() -> None:
+def test_each_kind_of_event_is_over_before_the_next() -> None:
     """At equal times all cycles come before all packets, those of the first controller first.
 
     Source: rcx_harness.cell.clock, first paragraph.
@@ -66,7 +67,7 @@ def test_another_period_counts_from_the_next_event_on() -> None:
     assert [now_us for now_us, _ in seen] == [0, 5, 12, 19]
 
 
-def test_what_repeats_goes_on_after_a_restore() -> None:
+def test_repeated_events_go_on_after_a_restore() -> None:
     """An agenda that is set back gives the same events again.
 
     Source: Agenda.snapshot.

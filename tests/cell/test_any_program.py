@@ -41,13 +41,8 @@ def program() -> Program:
 
 def _cell(program: Program, random: Random, seed: int, trace: Path | None = None) -> Cell:
     rpi_ms, jitter_ms = random.randint(1, 100), random.randint(0, 10)
-    timing = Timing.make(
-        scan=random.choice([1, 2, 5, 10, 20, 50]) * 1000,
-        rpi=rpi_ms * 1000,
-        jitter=jitter_ms * 1000,
-        phases="random",
-        seed=seed,
-    )
+    timing = Timing.make(scan=random.choice([1, 2, 5, 10, 20, 50]) * 1000, rpi=rpi_ms * 1000,
+                         jitter=jitter_ms * 1000, phases="random", seed=seed)  # fmt: skip
     robot = RobotConfig(
         servo_on_delay=(0, 300),
         program_start_delay=(0, 300),

@@ -1,4 +1,4 @@
-"""What a cell is told by a test has to be possible: else one sentence, at once."""
+"""An impossible argument of a cell is refused at once, with one sentence."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _build(repository: Path, folder: Path, **options: Any) -> Cell:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
-    """One cell for all: nothing here gets as far as changing it."""
+    """The same cell for all tests, since no refused call changes it."""
     with _build(Path(__file__).parents[2], tmp_path_factory.mktemp("lib")) as made:
         yield made
 
@@ -48,24 +48,24 @@ def test_a_duration_is_a_text_a_timedelta_or_whole_microseconds(cell: Cell, dura
 
 _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.run_until(False, within="1s"), "run_until needs a function, not False"),  # type: ignore[arg-type]
-    (lambda c: c.inject(5), "5 is no event"),  # type: ignore[arg-type]
-    (lambda c: c.inject(["alarm"]), r"\['alarm'\] is no event"),  # type: ignore[arg-type]
+    (lambda c: c.inject(5), "5 is not an event"),  # type: ignore[arg-type]
+    (lambda c: c.inject(["alarm"]), r"\['alarm'\] is not an event"),  # type: ignore[arg-type]
     (lambda c: c.inject("power_off", controller=True), "no controller True; the cell has 1"),
     (lambda c: c.inject("power_off", controller=1.0), "no controller 1.0"),  # type: ignore[arg-type]
     (lambda c: c.inject("power_off", controller=0), "no controller 0"),
-    (lambda c: c.inject("parallel_input", port=20, on=7), "on = 7 .* is no level; it is 0 or 1"),
+    (lambda c: c.inject("parallel_input", port=20, on=7), "on = 7 .* is not a level; it is 0 or 1"),
     (lambda c: c.inject("parallel_input", port=20, on=True), "on = True"),
     (lambda c: c.inject("parallel_input", port=99999, on=1), "port = 99999"),
     (lambda c: c.inject("alarm", group=-1, category=0), "group = -1"),
-    (lambda c: c.inject("packets_lost", share=_NAN), "share = nan is no part"),
-    (lambda c: c.inject("packets_lost", share=True), "share = True is no part"),
-    (lambda c: c.inject("packets_lost", to=["robot"]), r"to = \['robot'\] is no direction"),
+    (lambda c: c.inject("packets_lost", share=_NAN), "share = nan is not a share"),
+    (lambda c: c.inject("packets_lost", share=True), "share = True is not a share"),
+    (lambda c: c.inject("packets_lost", to=["robot"]), r"to = \['robot'\] is not a direction"),
     (lambda c: c.inject("packets_late", by=50), "by is not a text"),
     (lambda c: c.overrun(-1), "late_us cannot be -1"),
     (lambda c: c.overrun(_NAN), "late_us cannot be nan"),  # type: ignore[arg-type]
     (lambda c: c.change_interval(0), "rpi_us cannot be 0; it is a number from 1000 to 3200000"),
     (lambda c: c.change_interval(True), "rpi_us cannot be True"),
-    (lambda c: c.start_plc("hot"), "start = 'hot' is no start"),
+    (lambda c: c.start_plc("hot"), "start = 'hot' is not a start"),
     (lambda c: c.at(_NAN, lambda: None), "t_us cannot be nan"),  # type: ignore[arg-type]
     (lambda c: c.at(-1, lambda: None), "t_us cannot be -1"),
     (lambda c: c.give_area("00"), "area is '00', not bytes"),  # type: ignore[arg-type]
@@ -73,7 +73,7 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.robot.force("SO02", 1.0), "SO02 is a bit and cannot be 1.0"),  # type: ignore[arg-type]
     (lambda c: c.robot.force("SOW(2)", _NAN), r"SOW\(2\) is a word and cannot be nan"),  # type: ignore[arg-type]
     (lambda c: c.robot.force("SOW(2)", 0x10000), "is a word and cannot be 65536"),
-    (lambda c: c.robot.hold(2), "2 is no output"),  # type: ignore[arg-type]
+    (lambda c: c.robot.hold(2), "2 is not an output"),  # type: ignore[arg-type]
     (lambda c: c.robot.hold(f"SOW({'9' * 9})"), "no signal is called"),
     (lambda c: c.robot.place_workpiece(1.5, 0), "there is no axis 1.5"),  # type: ignore[arg-type]
     (lambda c: c.robot.place_workpiece(True, 0), "there is no axis True"),
@@ -82,7 +82,9 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
 
 
 @pytest.mark.parametrize(("call", "said"), _CALLS)
-def test_what_cannot_be_is_refused(cell: Cell, call: Callable[[Cell], object], said: str) -> None:
+def test_an_impossible_argument_is_refused(
+    cell: Cell, call: Callable[[Cell], object], said: str
+) -> None:
     """Source: the docstring of each method."""
     with pytest.raises(InputError, match=said):
         call(cell)

@@ -90,14 +90,12 @@ def test_link_loss_is_seen_by_both_sides_after_the_time_out(raw_cell: Build) -> 
     assert cell["Main.Connected"]
     assert not cell["Main.InputArea[32]"] & 0x01
     last_packet = cell.now_us - 10_000
-
     cell.inject("link_down")
     cell.run_until(lambda: not cell["Main.Connected"], within="1s")
     assert cell.now_us - last_packet == 100_000
     sampled = [one for one in cell.trace.cycles() if one.t_us > last_packet]
     assert next(one.t_us for one in sampled if not one.rcx_si) - last_packet == 100_000
     assert sampled[-1].rcx_so[32] & 0x01
-
     cell.inject("link_up")
     cell.run_until(lambda: cell["Main.Connected"], within="120ms")
 
@@ -114,9 +112,7 @@ def test_a_link_that_is_back_before_the_time_out_was_never_lost(raw_cell: Build)
 
 
 @pytest.mark.parametrize(("on_loss", "left"), [("hold", 0x12), ("clear", 0)])
-def test_the_plc_holds_or_clears_its_inputs_without_a_link(
-    raw_cell: Build, on_loss: str, left: int
-) -> None:
+def test_a_plc_without_a_link_holds_its_inputs(raw_cell: Build, on_loss: str, left: int) -> None:
     cell = raw_cell(robot=AT_ONCE, on_loss=on_loss)
     cell.run("100ms")
     cell.robot.force("SO00", 0)
@@ -139,9 +135,7 @@ def test_different_sizes_are_no_connection(raw_cell: Build) -> None:
     assert all(one.rcx_si == b"" for one in cell.trace.cycles())
 
 
-def test_a_power_cycle_interrupts_the_link_until_the_controller_has_booted(
-    raw_cell: Build,
-) -> None:
+def test_a_power_cycle_interrupts_the_link_until_the_controller_has_booted(raw_cell: Build) -> None:
     cell = raw_cell(robot=RobotConfig(boot_time=300.0))
     cell.run("400ms")
     assert cell["Main.Connected"]

@@ -1,7 +1,8 @@
 from __future__ import annotations
 
-from rcx_harness.cell.clock import Agenda, Timing
+from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink, PacketNetwork
+from structured_text.bench.agenda import Agenda
 
 OLD, LATE, NEW = (bytes([number]) * 48 for number in (1, 2, 3))
 
@@ -31,7 +32,6 @@ def test_packets_under_way_are_lost_when_the_cable_is_unplugged() -> None:
     deliver_all(agenda)
     assert link.robot_read() == bytes(48)
     assert not network.robot_connected(50_000)
-
     network.produce_to_robot(60_000, lambda: NEW)
     deliver_all(agenda)
     assert link.robot_read() == NEW
@@ -100,7 +100,6 @@ def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_
     network.produce_to_robot(10_000, lambda: OLD)
     assert link.robot_read() == OLD
     assert agenda.snapshot()[0] == ()
-
     late = network_with(agenda, link)
     late.produce_to_robot(20_000, lambda: LATE)
     network.restore(late.snapshot())  # that packet is on its way

@@ -1,4 +1,4 @@
-"""A cell whose controller runs elsewhere: the PLC alone, its real connection, and its losses.
+"""A cell with an external controller: the PLC, its real connection, and losses of the link.
 
 The controller is an adapter on the loopback, in a process of its own, whose areas the tests hold.
 """
@@ -102,7 +102,6 @@ def test_the_program_reads_and_writes_the_controllers_areas(
     host, port = adapter.address
     assert told.lines[-1] == f"{host}:{port}: connected, 48 bytes, packets every 10 ms"
     cell.close()
-
     header, records = read_trace(trace)
     assert header["link"] == "enip-connect"
     entries = list(records)
@@ -139,9 +138,7 @@ def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapt
     assert adapter.read_to_robot() == bytes(48)
 
 
-def test_a_loss_is_seen_by_the_program_and_the_connection_comes_again(
-    far: Build, adapter: Adapter, told: Told
-) -> None:
+def test_the_program_sees_a_loss_and_reconnects(far: Build, adapter: Adapter, told: Told) -> None:
     cell = far(timeout="200ms")
     cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
     adapter.shared.link = LinkState.CUT
@@ -153,7 +150,7 @@ def test_a_loss_is_seen_by_the_program_and_the_connection_comes_again(
 
 
 @pytest.mark.exhaustive
-def test_inputs_are_held_or_cleared_at_a_loss_as_asked(far: Build, adapter: Adapter) -> None:
+def test_inputs_are_cleared_at_a_loss_on_request(far: Build, adapter: Adapter) -> None:
     cell = far(timeout="200ms", on_loss="clear")
     _echoes(cell, adapter, 0x33)
     adapter.shared.link = LinkState.CUT
@@ -174,7 +171,7 @@ def test_another_size_is_refused_with_what_to_try(
 
 
 @pytest.mark.exhaustive
-def test_other_assemblies_are_asked_for(build_cell: Build, program: Path, adapter: Adapter) -> None:
+def test_other_assemblies_are_requested(build_cell: Build, program: Path, adapter: Adapter) -> None:
     host, port = adapter.address
     for where, word in (
         (Elsewhere(host, port, input_instance=101), "producing"),
@@ -199,14 +196,14 @@ def test_a_controller_that_has_a_master_is_left_to_it(
         assert master.read().connected
 
 
-def test_nobody_there_is_one_message(build_cell: Build, program: Path) -> None:
+def test_a_missing_controller_is_one_message(build_cell: Build, program: Path) -> None:
     with Adapter(48, cyclic=0) as gone:
         where = Elsewhere(*gone.address)
     with pytest.raises(InputError, match="no connection to the EtherNet/IP adapter"):
         build_cell(program, connect=where)
 
 
-def test_what_only_a_virtual_controller_can_do_is_refused(far: Build, tmp_path: Path) -> None:
+def test_events_need_a_virtual_controller(far: Build, tmp_path: Path) -> None:
     cell = far()
     for event in ("emergency_stop", "link_down"):
         with pytest.raises(InputError, match="nothing befalls a controller that runs elsewhere"):
@@ -232,7 +229,7 @@ def test_a_program_that_stops_is_not_sent_for_ever(monkeypatch: pytest.MonkeyPat
     for scan, valid_us in (("10ms", 300_000), ("100ms", 400_000)):
         link = FarLink(48, Timing.make(scan=scan, timeout="300ms"), Elsewhere("127.0.0.1"))
         written: list[tuple[bytes, int | None]] = []
-        monkeypatch.setattr(link.kept, "write", lambda *one, to=written: to.append(one))
+        monkeypatch.setattr(link.connection, "write", lambda *one, to=written: to.append(one))
         link.scanner_write(bytes(48))
         assert written == [(bytes(48), valid_us)]
         link.close()

@@ -41,7 +41,9 @@ def _state(cell: Cell) -> list[object]:
     return [cell[f"Main.{name}"] for name in ("Count", "Part", "Seen", "Delay.ET", "Delay.Q")]
 
 
-def test_it_is_compiled_once(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_further_cell_is_not_compiled_again(
+    program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Source: cell.compiled, a program of a closed cell waits for the next."""
     if collecting():
         pytest.skip("while coverage is counted, each cell has a program of its own")
@@ -59,7 +61,7 @@ def test_it_is_compiled_once(program: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert len(made) == 1
 
 
-def test_it_begins_as_the_first_one_began(program: Path) -> None:
+def test_a_further_cell_begins_as_the_first_one(program: Path) -> None:
     with _cell(program) as cell:
         first = _state(cell)
         cell["Main.Part"] = 4
@@ -72,7 +74,7 @@ def test_it_begins_as_the_first_one_began(program: Path) -> None:
         assert cell["Main.Seen"] == [1, 13, 3]
 
 
-def test_it_begins_so_after_one_that_ended_in_an_error(program: Path) -> None:
+def test_a_further_cell_begins_anew_after_an_error(program: Path) -> None:
     with _cell(program) as cell:
         first = _state(cell)
         cell["Main.Part"] = 0

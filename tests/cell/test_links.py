@@ -24,15 +24,8 @@ def test_the_demo_over_ethernet_ip_has_the_trace_of_the_direct_link(
     traces = []
     for link in ("direct", "enip"):
         file = tmp_path / f"{link}.jsonl"
-        cell = build_cell(
-            repository / "plc" / "examples" / "01_power_up",
-            link=link,
-            robot=robot,
-            jitter=jitter,
-            phases=phases,
-            seed=1,
-            trace=file,
-        )
+        cell = build_cell(repository / "plc" / "examples" / "01_power_up", link=link, robot=robot,
+                          jitter=jitter, phases=phases, seed=1, trace=file)  # fmt: skip
         cell["Main.CellSafe"] = True
         cell.run("500ms")
         cell["Main.Start"] = True

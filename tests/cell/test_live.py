@@ -56,9 +56,7 @@ def agenda(clock: Clock) -> RealTimeAgenda:
     return made
 
 
-def test_the_first_event_starts_the_clock_and_the_next_ones_wait(
-    agenda: RealTimeAgenda, clock: Clock
-) -> None:
+def test_the_first_event_starts_the_clock(agenda: RealTimeAgenda, clock: Clock) -> None:
     assert [agenda.pop()[0] for _ in range(3)] == [0, 10_000, 20_000]
     assert clock.slept == [0.01, 0.01]
     assert clock.now_us == 1_020_000
@@ -73,9 +71,7 @@ def test_a_little_late_is_made_up_for(agenda: RealTimeAgenda, clock: Clock) -> N
     assert (agenda.stalls, agenda.stalled_us) == (0, 0)
 
 
-def test_after_a_standstill_of_the_computer_nothing_comes_in_a_burst(
-    agenda: RealTimeAgenda, clock: Clock
-) -> None:
+def test_a_standstill_causes_no_burst(agenda: RealTimeAgenda, clock: Clock) -> None:
     """The packets of the real network have not waited; scans in a burst would miss them."""
     agenda.pop()
     clock.late(60_000)
@@ -178,9 +174,7 @@ def dedicated(area: bytes) -> int:
 
 
 @pytest.mark.exhaustive
-def test_an_unplugged_cable_is_the_loss_of_the_link_and_plugged_in_again_it_comes_back(
-    cell: Cell,
-) -> None:
+def test_an_unplugged_cable_is_a_loss_of_the_link(cell: Cell) -> None:
     """Both ends time out by themselves.
 
     Source: manual chapter 1, 5.2
@@ -217,9 +211,7 @@ def test_sizes_that_differ_make_no_connection(build_cell: Build, repository: Pat
 
 @pytest.mark.exhaustive(but=["adapter"])
 @pytest.mark.parametrize("part", ["adapter", "its cyclic part", "scanner"])
-def test_a_process_that_dies_ends_the_run_and_is_named(
-    links: list[RealTimeLink], cell: Cell, part: str
-) -> None:
+def test_a_dead_process_is_reported(links: list[RealTimeLink], cell: Cell, part: str) -> None:
     cell.run_until(lambda: cell.connected, within="20s")
     (link,) = links
     adapter = link.adapter.pid
@@ -248,7 +240,7 @@ def test_there_is_no_snapshot_of_a_real_network(cell: Cell) -> None:
         (["--realtime", "--link", "enip", "--timeout", "1m"], "cannot be asked for"),
     ],
 )
-def test_what_does_not_go_with_real_time_is_bad_input(
+def test_wrong_options_in_real_time_are_bad_input(
     repository: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2

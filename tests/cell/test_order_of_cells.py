@@ -1,4 +1,4 @@
-"""Cells of one program, one after the other: none knows what was done to those before it.
+"""Cells of one program, one after the other: no cell depends on those before it.
 
 What is kept for the next cell of a process is the compiled program, its first state, what was found
 of its sources, and the robot's properties. So everything that a test can do to a cell is done here,

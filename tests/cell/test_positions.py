@@ -1,4 +1,4 @@
-"""Where the robots are, cycle by cycle: in the trace only where it is asked for.
+"""Positions of the robots in each cycle, which a trace has on request only.
 
 Expected values by hand: 1000 pulses are 1 mm by default; the axes start at 0.
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness import Cell, InputError, RobotConfig
+from rcx_harness import Cell, RobotConfig
 from rcx_harness.robot.config import Axis
 from rcx_harness.trace import read_trace
 
@@ -24,7 +24,7 @@ def shown(cell: Cell) -> list[tuple[float, ...]]:
     return [one.positions for one in cell.trace.cycles() if one.positions is not None]
 
 
-def test_a_trace_has_no_positions_unless_they_are_asked_for(raw_cell: Build) -> None:
+def test_a_trace_has_positions_on_request_only(raw_cell: Build) -> None:
     cell = raw_cell()
     cell.run("50ms")
     assert not any("positions" in line for line in cell.trace.lines())
@@ -41,7 +41,7 @@ def test_a_trace_has_no_positions_unless_they_are_asked_for(raw_cell: Build) -> 
         ("mm", ["Robot 1 X [mm]", "Robot 1 Y [mm]", "Robot 2 X [mm]"], (1.5, -0.5, 0.007)),
     ],
 )
-def test_they_are_shown_when_they_have_changed(
+def test_positions_are_shown_when_they_change(
     raw_cell: Build, unit: str, titles: list[str], moved: tuple[float, ...]
 ) -> None:
     cell = raw_cell(robot=TWO, positions=unit)
@@ -85,8 +85,3 @@ def test_a_cell_that_was_set_back_shows_them_anew(raw_cell: Build) -> None:
     cell.robot.positions[0] = 9
     cell.run("20ms")
     assert shown(cell) == [(0, 0, 0), (9, 0, 0)]
-
-
-def test_another_unit_is_refused(raw_cell: Build) -> None:
-    with pytest.raises(InputError, match="positions are in 'inch'; use pulses or mm"):
-        raw_cell(positions="inch")

@@ -84,13 +84,8 @@ def draw(seed: int) -> Draw:
 
 def cell_of(compiled: Compiled, run: Draw, margin_ms: int | None = None) -> Cell:
     """A cell as drawn, at the moment when Start is pressed; the margin is the library's."""
-    timing = Timing.make(
-        scan=f"{run.scan}ms",
-        rpi=f"{run.rpi}ms",
-        jitter=f"{run.jitter}ms",
-        phases="random",
-        seed=run.seed,
-    )
+    timing = Timing.make(scan=f"{run.scan}ms", rpi=f"{run.rpi}ms", jitter=f"{run.jitter}ms",
+                         phases="random", seed=run.seed)  # fmt: skip
     compiled.program.restore(compiled.initial)
     robot = Controller(run.robot, seed=run.seed)
     cell = Cell(compiled.program, robot, DirectLink(48), timing, seed=run.seed)

@@ -1,4 +1,4 @@
-"""A cell with more than one controller: areas, clocks, faults, and what the files say of them."""
+"""A cell with more than one controller: areas, clocks, faults, and the files that describe them."""
 
 from __future__ import annotations
 
@@ -60,9 +60,7 @@ def test_the_areas_are_where_m_and_n_say_and_by_default_one_behind_the_other() -
         ({"link": "enip-realtime"}, "in real time a cell has one robot"),
     ],
 )
-def test_areas_and_robots_that_cannot_be_are_refused(
-    options: dict[str, object], message: str
-) -> None:
+def test_impossible_areas_are_refused(options: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         _cell(**options)
 

@@ -9,6 +9,7 @@ from rcx_harness import Cell, InputError, RobotConfig
 from rcx_harness.cell.stimulus import Stimulus
 
 Build = Callable[..., Cell]
+Schedule = Callable[[str], None]
 
 
 @pytest.fixture
@@ -22,8 +23,14 @@ def load(folder: Path, text: str) -> Stimulus:
     return Stimulus.load(file)
 
 
-def test_a_variable_is_set_before_the_scan_at_that_time(cell: Cell, tmp_path: Path) -> None:
-    load(tmp_path, '[[at]]\ntime = "20ms"\nset = { "Main.Bits0" = 1 }\n').schedule(cell)
+@pytest.fixture
+def schedule(cell: Cell, tmp_path: Path) -> Schedule:
+    """Schedules the entries of a text in the cell."""
+    return lambda text: load(tmp_path, text).schedule(cell)
+
+
+def test_a_variable_is_set_before_the_scan_at_that_time(cell: Cell, schedule: Schedule) -> None:
+    schedule('[[at]]\ntime = "20ms"\nset = { "Main.Bits0" = 1 }\n')
     cell.run("30ms")
     assert [one.si[32] for one in cell.trace.scans()] == [0, 0, 1]
 
@@ -52,63 +59,54 @@ def test_durations_stand_in_structures_and_arrays_too(tmp_path: Path) -> None:
     assert (settle.total_seconds(), name, waits) == (0.05, "5ms", [1, 0.002, 0.000003])
 
 
-def test_entries_may_stand_in_any_order(cell: Cell, tmp_path: Path) -> None:
-    load(
-        tmp_path,
+def test_entries_may_stand_in_any_order(cell: Cell, schedule: Schedule) -> None:
+    schedule(
         '[[at]]\ntime = "20ms"\nset = { "Main.Data" = 2 }\n'
         '[[at]]\ntime = "10ms"\nset = { "Main.Data" = 1 }\n'
-        '[[at]]\ntime = "20ms"\nset = { "Main.Data" = 3 }\n',
-    ).schedule(cell)
+        '[[at]]\ntime = "20ms"\nset = { "Main.Data" = 3 }\n'
+    )
     cell.run("30ms")
     assert [one.si[2] for one in cell.trace.scans()] == [0, 1, 3]
 
 
-def test_an_event_befalls_the_robot(cell: Cell, tmp_path: Path) -> None:
+def test_an_event_happens_to_the_robot(cell: Cell, schedule: Schedule) -> None:
     """An alarm turns SO(03) ON.
 
     Source: manual chapter 5, 2.
     """
-    load(
-        tmp_path,
-        '[[at]]\ntime = "50ms"\nrobot = [{ event = "alarm", group = 12, category = 600 }]\n',
-    ).schedule(cell)
+    schedule('[[at]]\ntime = "50ms"\nrobot = [{ event = "alarm", group = 12, category = 600 }]\n')
     cell.run("100ms")
     answers = {one.t_us: one.rcx_so[32] >> 3 & 1 for one in cell.trace.cycles()}
     assert (answers[45_000], answers[50_000]) == (0, 1)
 
 
-def test_the_link_goes_down_and_up(cell: Cell, tmp_path: Path) -> None:
-    load(
-        tmp_path,
-        '[[at]]\ntime = "100ms"\nrobot = "link_down"\n[[at]]\ntime = "400ms"\nrobot = "link_up"\n',
-    ).schedule(cell)
+def test_the_link_goes_down_and_up(cell: Cell, schedule: Schedule) -> None:
+    schedule(
+        '[[at]]\ntime = "100ms"\nrobot = "link_down"\n[[at]]\ntime = "400ms"\nrobot = "link_up"\n'
+    )
     cell.run("300ms")
     assert not cell.connected
     cell.run("200ms")
     assert cell.connected
 
 
-def test_an_output_is_held_and_released(cell: Cell, tmp_path: Path) -> None:
-    load(
-        tmp_path,
+def test_an_output_is_held_and_released(cell: Cell, schedule: Schedule) -> None:
+    schedule(
         '[[at]]\ntime = "50ms"\nhold = "SO03"\n[[at]]\ntime = "60ms"\nrobot = '
         '{ event = "alarm", group = 12, category = 600 }\n'
-        '[[at]]\ntime = "100ms"\nrelease = ["SO03"]\n',
-    ).schedule(cell)
+        '[[at]]\ntime = "100ms"\nrelease = ["SO03"]\n'
+    )
     cell.run("120ms")
     answers = {one.t_us: one.rcx_so[32] >> 3 & 1 for one in cell.trace.cycles()}
     assert (answers[95_000], answers[100_000]) == (0, 1)
 
 
-def test_an_output_is_forced_and_a_workpiece_is_placed_and_taken_away(
-    cell: Cell, tmp_path: Path
-) -> None:
+def test_an_output_is_forced_and_a_workpiece_is_placed(cell: Cell, schedule: Schedule) -> None:
     """SO(20) is bit 0 of byte m+34 (manual chapter 1, 4.1)."""
-    load(
-        tmp_path,
+    schedule(
         '[[at]]\ntime = "50ms"\nforce = { "SO(20)" = 1 }\nworkpieces = { 3 = -5, 4 = 7 }\n'
-        '[[at]]\ntime = "100ms"\nrelease = "SO(20)"\nworkpieces = { 4 = "none" }\n',
-    ).schedule(cell)
+        '[[at]]\ntime = "100ms"\nrelease = "SO(20)"\nworkpieces = { 4 = "none" }\n'
+    )
     cell.run("70ms")
     assert cell.robot.workpieces == {2: -5, 3: 7}
     cell.run("50ms")
@@ -133,10 +131,8 @@ area = "robot"
 """
 
 
-def test_the_plc_reads_given_bytes_until_the_robot_has_its_area_back(
-    cell: Cell, tmp_path: Path
-) -> None:
-    load(tmp_path, AREA).schedule(cell)
+def test_the_plc_reads_given_bytes_for_a_time(cell: Cell, schedule: Schedule) -> None:
+    schedule(AREA)
     read, connected = [], []
     for _ in range(6):
         cell.scan()
@@ -149,8 +145,8 @@ def test_the_plc_reads_given_bytes_until_the_robot_has_its_area_back(
     assert cell.trace.scans()[5].so[32:34] != b"\0\0"  # the controller's dedicated outputs
 
 
-def test_given_bytes_are_part_of_a_snapshot(cell: Cell, tmp_path: Path) -> None:
-    load(tmp_path, AREA).schedule(cell)
+def test_given_bytes_are_part_of_a_snapshot(cell: Cell, schedule: Schedule) -> None:
+    schedule(AREA)
     cell.run("20ms")
     before = cell.snapshot()
     cell.run("40ms")
@@ -159,7 +155,7 @@ def test_given_bytes_are_part_of_a_snapshot(cell: Cell, tmp_path: Path) -> None:
     assert cell.trace.scans()[-1].so[:3].hex() == "01a520"
 
 
-def test_entries_that_a_run_does_not_come_to_are_told(cell: Cell, tmp_path: Path) -> None:
+def test_entries_after_the_end_are_reported(cell: Cell, tmp_path: Path) -> None:
     """What is set at the very end is not done any more: a run ends before its last instant."""
     times = ("900ms", "1s", "50s")
     text = "".join(
@@ -176,10 +172,8 @@ def test_entries_that_a_run_does_not_come_to_are_told(cell: Cell, tmp_path: Path
     assert stimulus.late(50_000_001) == ""
 
 
-def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, tmp_path: Path) -> None:
-    load(
-        tmp_path, '[[at]]\ntime = "1s"\nset = { "Main.Bits0" = 1 }\nrobot = "power_off"\n'
-    ).schedule(cell)
+def test_checks_before_the_run_change_nothing(cell: Cell, schedule: Schedule) -> None:
+    schedule('[[at]]\ntime = "1s"\nset = { "Main.Bits0" = 1 }\nrobot = "power_off"\n')
     assert cell["Main.Bits0"] == 0
     cell.run("100ms")
     assert cell.connected
@@ -201,9 +195,9 @@ def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, tmp_path: Path)
         ("[[at]]\ntime = '1s'\nworkpieces = 5\n", ":1: workpieces are not a table"),
         ("[[at]]\ntime = '1s'\nworkpieces = { x = 5 }\n", ":1: workpieces has no axis x"),
         ("[[at]]\ntime = '1s'\nworkpieces = { 3 = 1.5 }\n", ":1: workpieces of axis 3 is not"),
-        ("[[at]]\ntime = '1s'\narea = '012'\n", ":1: area is '012', which is no bytes in hexa"),
-        ("[[at]]\ntime = '1s'\narea = 'rob'\n", ":1: area is 'rob', which is no bytes in hexa"),
-        ("[[at]]\ntime = '1s'\narea = 5\n", ":1: area is 5, which is no bytes in hexadecimal"),
+        ("[[at]]\ntime = '1s'\narea = '012'\n", ":1: area is '012', which is not hexadecimal"),
+        ("[[at]]\ntime = '1s'\narea = 'rob'\n", ":1: area is 'rob', which is not hexadecimal"),
+        ("[[at]]\ntime = '1s'\narea = 5\n", ":1: area is 5, which is not hexadecimal"),
         ("[[at]]\ntime = '1s'\narea = '00'\nconnected = 0\n", ":1: connected is not true or"),
         ("[[at]]\ntime = '1s'\nconnected = true\n", ":1: connected goes with the bytes of an"),
         ("[[at]]\ntime = '1s'\narea = 'robot'\nconnected = true\n", ":1: connected goes with"),
@@ -217,7 +211,7 @@ def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, tmp_path: Path)
         ("[[at]]\ntime = '0ms'\nworkpieces = { 3 = 1, 03 = 2 }", "workpieces has axis 3 twice"),
     ],
 )
-def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, message: str) -> None:
+def test_a_wrong_entry_has_its_file_and_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         load(tmp_path, text)
     assert f"stimulus.toml{message}" in str(caught.value) or message in str(caught.value)
@@ -239,12 +233,12 @@ def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, mes
         (f"area = '{'00' * 49}'", "area has 49 bytes, the PLC's has 48"),
         ("area = '00'\ncontroller = 2", "no controller 2; the cell has 1"),
         ("robot = { event = 'parallel_input', port = 20, on = 7 }", "on = 7"),
-        ("robot = { event = 'packets_lost', to = ['robot'] }", "to = ['robot'] is no direction"),
-        ("robot = { event = 'packets_lost', share = nan }", "share = nan is no part"),
+        ("robot = { event = 'packets_lost', to = ['robot'] }", "to = ['robot'] is not a direction"),
+        ("robot = { event = 'packets_lost', share = nan }", "share = nan is not a share"),
         (f"hold = 'SOW({'9' * 5000})'", "no signal is called"),
     ],
 )
-def test_what_does_not_exist_is_told_before_the_run(
+def test_unknown_names_are_reported_before_the_run(
     cell: Cell, tmp_path: Path, entry: str, message: str
 ) -> None:
     stimulus = load(tmp_path, f"[[at]]\ntime = '0ms'\n\n[[at]]\ntime = '9s'\n{entry}\n")
@@ -254,6 +248,6 @@ def test_what_does_not_exist_is_told_before_the_run(
     assert message in str(caught.value)
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         Stimulus.load(tmp_path / "none.toml")

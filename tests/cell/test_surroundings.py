@@ -1,4 +1,4 @@
-"""What befalls PLC and network: STOP and RUN, power, late scans, disturbed packets."""
+"""Events of the PLC and the network: STOP and RUN, power, late scans, disturbed packets."""
 
 from __future__ import annotations
 
@@ -33,9 +33,7 @@ def cell(tmp_path: Path) -> Iterator[Cell]:
 
 
 @pytest.mark.parametrize(("start", "fed", "total"), [("warm", False, True), ("cold", False, False)])
-def test_a_start_keeps_retain_when_it_is_warm(
-    cell: Cell, start: str, fed: bool, total: bool
-) -> None:
+def test_a_warm_start_keeps_retained_data(cell: Cell, start: str, fed: bool, total: bool) -> None:
     """Source: IEC 61131-3, 2.4.2, warm and cold restart."""
     cell.inject("plc_stop")
     scans = cell.scans
@@ -118,16 +116,16 @@ def test_a_snapshot_has_plc_and_disturbances(cell: Cell) -> None:
 @pytest.mark.parametrize(
     ("event", "args", "message"),
     [
-        ("packets_lost", {"share": 2}, "share = 2 is no part of the packets"),
-        ("packets_late", {"to": "nobody"}, "to = 'nobody' is no direction"),
-        ("plc_run", {"start": "hot"}, "start = 'hot' is no start"),
+        ("packets_lost", {"share": 2}, "share = 2 is not a share of packets"),
+        ("packets_late", {"to": "nobody"}, "to = 'nobody' is not a direction"),
+        ("plc_run", {"start": "hot"}, "start = 'hot' is not a start"),
         ("plc_overrun", {"by": 5}, "by is not a text"),
         ("packet_interval", {}, "needs rpi"),
         ("link_down", {"share": 1}, "takes no arguments"),
         ("plc_stop", {"by": "1ms"}, "has no argument 'by'"),
     ],
 )
-def test_what_an_event_does_not_take_is_refused(
+def test_a_wrong_argument_of_an_event_is_refused(
     cell: Cell, event: str, args: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(InputError, match=message):
@@ -143,7 +141,7 @@ def _load(tmp_path: Path, text: str) -> Stimulus:
     return Stimulus.load(file)
 
 
-def test_what_lasts_is_taken_back_after_its_time(cell: Cell, tmp_path: Path) -> None:
+def test_a_lasting_event_ends_after_its_time(cell: Cell, tmp_path: Path) -> None:
     _load(
         tmp_path,
         'at = [\n  { time = "1400ms", set = { "Main.Go" = true }, for = "100ms" },\n'
@@ -158,7 +156,7 @@ def test_what_lasts_is_taken_back_after_its_time(cell: Cell, tmp_path: Path) -> 
     assert cell["Main.Total"] == 0
 
 
-def test_what_is_expected_and_does_not_hold_is_a_violation(cell: Cell, tmp_path: Path) -> None:
+def test_an_expectation_that_fails_is_a_violation(cell: Cell, tmp_path: Path) -> None:
     _load(
         tmp_path,
         'at = [\n  { time = "1400ms", expect = ["Main.Running", "Main.Fed > 1000"] },\n]\n',
@@ -204,7 +202,7 @@ def test_entries_are_written_as_they_are_read(tmp_path: Path) -> None:
     ]
 
 
-def test_of_the_bytes_of_an_area_those_that_are_0_to_the_end_are_not_written() -> None:
+def test_zeros_at_the_end_of_an_area_are_not_written() -> None:
     text = stimulus_text([Entry(0, area=b"\1\2\3" + bytes(45)), Entry(1_000, area=bytes(48))])
     assert text == (
         'at = [\n  { time = "0ms", area = "0102 0300" },\n  { time = "1ms", area = "0000" },\n]\n'

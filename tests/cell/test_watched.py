@@ -27,28 +27,13 @@ _EVERY = (
     "Main.Ratio,Main.Mask,Main.Text,Main.Connected,Main.Day",
 )
 _S = ("Speed", "State")
-_AT_THE_END = {
-    "Main.Scans": "5",
-    "Main.State": "W_RUN",
-    "Main.Grid[1,0]": "0",
-    "Main.Grid[1,1]": "0",
-    "Main.Grid[2,0]": "0",
-    "Main.Grid[2,1]": "-35",
-    "Main.Item.Speed": "0.1",
-    "Main.Item.State": "W_END",
-    "Main.Item.Name": "'gripper'",
-    "Main.Items[0].Speed": "0",
-    "Main.Items[1].Speed": "2.5",
-    "Main.Block.Go": "TRUE",
-    "Main.Block.Sum": "-3",
-    "Main.Block.Inner": "16#00AB",
-    "Main.Waited": "T#25ms",
-    "Main.Ratio": "0.1",
-    "Main.Mask": "16#0F",
-    "Main.Text": "'a b'",
-    "Main.Connected": "TRUE",
-    "Main.Day": "D#1970-01-01",
-}
+_AT_THE_END = {"Main.Scans": "5", "Main.State": "W_RUN", "Main.Grid[1,0]": "0",
+               "Main.Grid[1,1]": "0", "Main.Grid[2,0]": "0", "Main.Grid[2,1]": "-35",
+               "Main.Item.Speed": "0.1", "Main.Item.State": "W_END", "Main.Item.Name": "'gripper'",
+               "Main.Items[0].Speed": "0", "Main.Items[1].Speed": "2.5", "Main.Block.Go": "TRUE",
+               "Main.Block.Sum": "-3", "Main.Block.Inner": "16#00AB", "Main.Waited": "T#25ms",
+               "Main.Ratio": "0.1", "Main.Mask": "16#0F", "Main.Text": "'a b'",
+               "Main.Connected": "TRUE", "Main.Day": "D#1970-01-01"}  # fmt: skip
 
 
 @pytest.fixture
@@ -65,9 +50,7 @@ def watched(build_cell: Build, tmp_path: Path) -> Build:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_values_are_shown_as_in_structured_text_on_every_engine(
-    watched: Build, engine: str
-) -> None:
+def test_values_are_shown_as_in_structured_text(watched: Build, engine: str) -> None:
     cell = watched(*_EVERY, engine=engine)
     cell.run("50ms")
     assert cell.watched() == _AT_THE_END
@@ -76,9 +59,7 @@ def test_values_are_shown_as_in_structured_text_on_every_engine(
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_trace_has_the_values_of_every_scan_and_the_types_in_its_header(
-    watched: Build, engine: str, tmp_path: Path
-) -> None:
+def test_a_trace_has_all_values_and_types(watched: Build, engine: str, tmp_path: Path) -> None:
     file = tmp_path / "t.jsonl"
     cell = watched("Main.Grid,Main.Item", "Main.Waited,Main.Day", engine=engine, trace=file)
     cell.run("50ms")
@@ -152,14 +133,12 @@ def test_a_pattern_finds_variables_but_no_blocks_and_no_long_arrays(
         ("Main.Mask.*", "no variable is like Main.Mask.*"),
         ("Main.Items[7*]", "no variable is like Main.Items[7*]; did you mean [1] or [0]"),
         ("Other.*", "there is no program instance Other"),
-        ("Main..*", "is no pattern of variables; write it as Main.Hmi.* or Main.A[*]"),
-        (".*", "is no pattern of variables"),
+        ("Main..*", "is not a pattern of variables; write it as Main.Hmi.* or Main.A[*]"),
+        (".*", "is not a pattern of variables"),
         ("Main.Block*", "name one: Main.Block, or its variables as Main.Block.*"),
     ],
 )
-def test_what_finds_nothing_is_told_with_names_that_are_near(
-    watched: Build, pattern: str, message: str
-) -> None:
+def test_a_mistyped_name_gets_suggestions(watched: Build, pattern: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         watched(pattern)
     assert message in str(caught.value)
@@ -180,28 +159,15 @@ def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
     options = {"lib": tmp_path / "lib", "engine": "builtin"}
     cell = build_cell(paths, watch="GVL.L*,Lim*,gvl.large,GVL.Limit", **options)
     cell.scan()
-    assert cell.watched() == {
-        "GVL.Limit": "3",
-        "GVL.Large": "9",
-        "Limit": "3",
-        "gvl.large": "9",
-    }
+    assert cell.watched() == {"GVL.Limit": "3", "GVL.Large": "9", "Limit": "3", "gvl.large": "9"}
     with pytest.raises(InputError, match=r"no variable is like GVL.X\*; there are Limit, Large"):
         build_cell(paths, watch="GVL.X*", **options)
     with pytest.raises(InputError, match="there is no program instance GVX"):
         build_cell(paths, watch="GVX.*", **options)
 
 
-def test_one_text_is_as_good_as_a_list(build_cell: Build, raw_cell: Build) -> None:
-    cell = raw_cell(watch="Main.Data,Main.Code")
-    cell.scan()
-    assert cell.watched() == {"Main.Data": "16#00", "Main.Code": "16#0000"}
-
-
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_chart_has_a_lane_for_each_member_and_element_on_every_engine(
-    watched: Build, engine: str
-) -> None:
+def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: str) -> None:
     """The states as lines of text, at 20 ms: the third scan."""
     cell = watched("Main.State,Main.Item,Main.Connected", engine=engine)
     timeline = Timeline(cell.trace)
@@ -217,7 +183,7 @@ def test_a_chart_has_a_lane_for_each_member_and_element_on_every_engine(
     assert set(at["Main.Connected"]) == {"▔"}
 
 
-def test_what_changes_all_the_time_makes_no_columns_of_its_own(watched: Build) -> None:
+def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
     """Scans and Blink change in each scan, State in the third one."""
     cell = watched("Main.Scans,Main.Blink,Main.State", robot=RobotConfig(boot_time=0.0))
     timeline = Timeline(cell.trace)
@@ -264,16 +230,12 @@ def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str
         ("Spee", "Speed", False),
     ],
 )
-def test_a_star_is_any_characters_and_a_question_mark_is_one(
-    pattern: str, name: str, fits: bool
-) -> None:
+def test_a_star_and_a_question_mark_are_wildcards(pattern: str, name: str, fits: bool) -> None:
     """Source: docs/reference/trace.md, --watch."""
     assert is_like(pattern, name) == fits
 
 
-def test_so_many_variables_are_watched_and_no_more(
-    watched: Build, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_watched_variables_have_a_limit(watched: Build, monkeypatch: pytest.MonkeyPatch) -> None:
     """The program has six elements in Items and Grid.
 
     Source: docs/reference/limits.md, variables that are watched.

@@ -25,23 +25,32 @@ def _never_connected(start: Start, **config: object) -> ChapterCell:
 
 def _lost(start: Start, **config: object) -> ChapterCell:
     """A program is running, then the cable is pulled."""
-    cell = start(**config)
-    cell.program()
+    cell = start(**config).program()
     cell.cell.inject("link_down")
     cell.run("500ms")
     return cell
+
+
+def _restored(cell: ChapterCell, *events: str) -> ChapterCell:
+    """These events happen, then the cable is in again."""
+    for event in (*events, "link_up"):
+        cell.cell.inject(event)
+    cell.run("1s")
+    return cell
+
+
+def _read_version(cell: ChapterCell) -> int:
+    """Execute a remote command; its ErrorID."""
+    cell["Command.Code"] = 0x0501
+    return cell.execute("Command")
 
 
 # The first sentence, before the three items
 
 
 def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """Also after a power cycle with the servos on.
-
-    Source: manual chapter 1, 5
-    """
-    cell = start()
-    cell.settle()
+    """Also after a power cycle with the servos on. Source: manual chapter 1, 5."""
+    cell = start().settle()
     assert not cell.on("SO02")
     assert cell.execute("ServoOn") == 0
     cell.cell.inject("power_cycle")
@@ -53,21 +62,15 @@ def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(star
 
 
 def test_communication_with_the_host_is_enabled_when_the_system_is_connected(start: Start) -> None:
-    """A remote command is answered.
-
-    Source: manual chapter 1, 5, 1
-    """
-    cell = start()
-    cell.settle()
-    cell["Command.Code"] = 0x0501
-    assert cell.execute("Command") == 0
+    """A remote command is answered. Source: manual chapter 1, 5, 1."""
+    cell = start().settle()
+    assert _read_version(cell) == 0
     assert cell.robot.network_led is Led.GREEN
 
 
 def test_with_a_connection_the_emergency_stop_signal_of_the_network_is_valid(start: Start) -> None:
     """Source: manual chapter 1, 5, 1."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     assert not cell.on("SO00")
     cell["CellSafe"] = False
     cell.wait("SO00")
@@ -75,18 +78,14 @@ def test_with_a_connection_the_emergency_stop_signal_of_the_network_is_valid(sta
 
 def test_with_a_connection_the_stop_signal_of_the_network_is_valid(start: Start) -> None:
     """Source: manual chapter 1, 5, 1."""
-    cell = start()
-    cell.program()
+    cell = start().program()
     cell["StopReleased"] = False
     cell.wait("SO13", False)
 
 
-def test_with_a_connection_the_emergency_stop_terminal_of_the_safety_connector_is_valid(
-    start: Start,
-) -> None:
+def test_with_a_connection_the_safety_connector_is_valid(start: Start) -> None:
     """Source: manual chapter 1, 5, 1."""
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     cell.cell.inject("emergency_stop")
     cell.wait("SO00")
     assert not cell.on("SO02")
@@ -97,8 +96,7 @@ def test_with_a_connection_the_stop_signal_of_a_parallel_board_works_unless_disa
     start: Start, board: str, stops: bool
 ) -> None:
     """Source: manual chapter 1, 5, 1."""
-    cell = start(parallel_io=board)
-    cell.program()
+    cell = start(parallel_io=board).program()
     cell.cell.inject("parallel_stop")
     cell.run("100ms")
     assert cell.on("SO13") is not stops
@@ -107,17 +105,14 @@ def test_with_a_connection_the_stop_signal_of_a_parallel_board_works_unless_disa
 # 2. Transition from the normal connection to the connection error
 
 
-def test_after_the_loss_of_the_connection_communication_with_the_host_is_disabled(
-    start: Start,
-) -> None:
+def test_after_the_loss_of_the_connection_communication_is_disabled(start: Start) -> None:
     """No command gets through, and the alarm says why: 12.552.
 
     Source: manual chapter 1, 5, 2; chapter 4, 4
     """
     cell = _lost(start)
     assert cell["Connected"] is False
-    cell["Command.Code"] = 0x0501
-    assert cell.execute("Command") == NO_LINK
+    assert _read_version(cell) == NO_LINK
     assert cell.alarms() == ["12.552", "12.600"]
     assert cell.robot.network_led is Led.RED_FLASHING
 
@@ -127,8 +122,7 @@ def test_after_the_loss_of_the_connection_si00_turns_off_in_the_controller(start
 
     Source: manual chapter 1, 5, 2
     """
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     assert cell.robot.machine.si00
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -145,17 +139,9 @@ def test_after_the_loss_of_the_connection_si06_turns_off_in_the_controller(start
     assert not cell.robot.program.running
 
 
-def test_after_the_loss_of_the_connection_the_terminal_of_the_safety_connector_is_valid(
-    start: Start,
-) -> None:
-    """It keeps the emergency stop when the connection is back.
-
-    Source: manual chapter 1, 5, 2
-    """
-    cell = _lost(start)
-    cell.cell.inject("emergency_stop")
-    cell.cell.inject("link_up")
-    cell.run("1s")
+def test_after_the_loss_of_the_connection_the_safety_connector_is_valid(start: Start) -> None:
+    """It keeps the emergency stop when the connection is back. Source: manual chapter 1, 5, 2."""
+    cell = _restored(_lost(start), "emergency_stop")
     assert cell["Connected"] is True
     assert cell.robot.machine.si00
     assert cell.on("SO00")
@@ -165,14 +151,8 @@ def test_after_the_loss_of_the_connection_the_terminal_of_the_safety_connector_i
 def test_after_the_loss_of_the_connection_the_stop_of_a_parallel_board_works_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """It keeps the stop when the connection is back.
-
-    Source: manual chapter 1, 5, 2
-    """
-    cell = _lost(start, parallel_io=board)
-    cell.cell.inject("parallel_stop")
-    cell.cell.inject("link_up")
-    cell.run("1s")
+    """It keeps the stop when the connection is back. Source: manual chapter 1, 5, 2."""
+    cell = _restored(_lost(start, parallel_io=board), "parallel_stop")
     assert cell.robot.machine.si06
     assert cell.robot.machine.stopped is stops
 
@@ -184,8 +164,7 @@ def test_after_its_loss_the_connection_must_be_restored_to_the_normal_state(star
     """
     cell = _lost(start)
     assert cell.execute("FromEmergency") == NO_LINK
-    cell.cell.inject("link_up")
-    cell.run("1s")
+    _restored(cell)
     assert cell.is_on("SO00", "SO02", "SO03", "SO13") == (False, False, True, False)
     assert cell.execute("FromEmergency") == 0
     assert cell.execute("AutoStart") == 0
@@ -193,20 +172,15 @@ def test_after_its_loss_the_connection_must_be_restored_to_the_normal_state(star
 
 def test_communication_is_enabled_again_when_the_lost_connection_is_recovered(start: Start) -> None:
     """Source: manual chapter 1, 5, 2, second note."""
-    cell = _lost(start)
-    cell.cell.inject("link_up")
-    cell.run("1s")
-    cell["Command.Code"] = 0x0501
-    assert cell.execute("Command") == 0
+    cell = _restored(_lost(start))
+    assert _read_version(cell) == 0
     assert cell.robot.network_led is Led.GREEN
 
 
 # 3. Connection error when the power is turned ON
 
 
-def test_a_connection_error_at_power_on_may_come_from_an_impossible_connection(
-    start: Start,
-) -> None:
+def test_a_connection_error_at_power_on_may_come_from_the_cable(start: Start) -> None:
     """The cable is out, or the address is wrong: alarm 12.551.
 
     Source: manual chapter 1, 5, 3; chapter 4, 4
@@ -225,10 +199,7 @@ def test_a_connection_error_at_power_on_may_come_from_a_wrong_ip_address(start: 
 
 
 def test_a_connection_error_at_power_on_may_come_from_a_faulty_master() -> None:
-    """No master at all sends anything.
-
-    Source: manual chapter 1, 5, 3
-    """
+    """No master at all sends anything. Source: manual chapter 1, 5, 3."""
     master = Master()
     master.connected = False
     master.run(300)
@@ -236,13 +207,10 @@ def test_a_connection_error_at_power_on_may_come_from_a_faulty_master() -> None:
     assert master.on("SO00")
 
 
-def test_without_a_connection_at_power_on_communication_with_the_host_is_disabled(
-    start: Start,
-) -> None:
+def test_without_a_connection_at_power_on_communication_is_disabled(start: Start) -> None:
     """Source: manual chapter 1, 5, 3."""
     cell = _never_connected(start)
-    cell["Command.Code"] = 0x0501
-    assert cell.execute("Command") == NO_LINK
+    assert _read_version(cell) == NO_LINK
     assert cell.robot.commands_executed == 0
 
 
@@ -260,16 +228,13 @@ def test_without_a_connection_at_power_on_si06_is_off_in_the_controller(start: S
     assert cell.robot.machine.stopped
 
 
-def test_without_a_connection_at_power_on_the_terminal_of_the_safety_connector_is_valid(
-    start: Start,
-) -> None:
+def test_without_a_connection_at_power_on_the_safety_connector_is_valid(start: Start) -> None:
     """Source: manual chapter 1, 5, 3."""
     cell = _never_connected(start)
     cell.cell.inject("emergency_stop")
     cell.run("50ms")
     assert "12.600" in cell.alarms()
-    cell.cell.inject("link_up")
-    cell.run("1s")
+    _restored(cell)
     assert cell.robot.machine.si00
     assert cell.on("SO00")
 
@@ -279,10 +244,7 @@ def test_without_a_connection_at_power_on_the_stop_of_a_parallel_board_works_unl
     start: Start, board: str, stops: bool
 ) -> None:
     """Source: manual chapter 1, 5, 3."""
-    cell = _never_connected(start, parallel_io=board)
-    cell.cell.inject("parallel_stop")
-    cell.cell.inject("link_up")
-    cell.run("1s")
+    cell = _restored(_never_connected(start, parallel_io=board), "parallel_stop")
     assert cell.robot.machine.si06
     assert cell.robot.machine.stopped is stops
 
@@ -292,10 +254,7 @@ def test_communication_is_enabled_when_a_connection_that_never_was_comes(start: 
 
     Source: manual chapter 1, 5, 3, note
     """
-    cell = _never_connected(start)
-    cell.cell.inject("link_up")
-    cell.run("1s")
+    cell = _restored(_never_connected(start))
     assert cell.alarms() == []
-    cell["Command.Code"] = 0x0501
-    assert cell.execute("Command") == 0
+    assert _read_version(cell) == 0
     assert cell.execute("ServoOn") == 0

@@ -58,10 +58,7 @@ def test_to_connect_the_master_module_must_operate() -> None:
 def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_bytes(
     start: Start, robot: int, plc: int, connected: bool
 ) -> None:
-    """48 with SIOW extension invalid, 256 with it valid.
-
-    Source: manual chapter 3, 1
-    """
+    """48 with SIOW extension invalid, 256 with it valid. Source: manual chapter 3, 1."""
     cell = start(size=robot, plc_size=plc)
     cell.run("1s")
     assert cell["Connected"] is connected
@@ -69,10 +66,7 @@ def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_byte
 
 
 def test_the_controller_always_begins_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """With and without a connection.
-
-    Source: manual chapter 3, 1
-    """
+    """With and without a connection. Source: manual chapter 3, 1."""
     cell = start()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -87,18 +81,12 @@ def test_the_controller_always_begins_in_the_servo_off_state_after_power_on(star
 
 def test_correctly_connected_the_leds_show_the_normal_state(start: Start) -> None:
     """Source: manual chapter 3, 1."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     assert _leds(cell) == (Led.GREEN, Led.GREEN)
 
 
-def test_correctly_connected_both_stop_signals_are_valid_and_must_be_turned_on_by_the_host(
-    start: Start,
-) -> None:
-    """As long as one of them is OFF the program does not start.
-
-    Source: manual chapter 3, 1
-    """
+def test_correctly_connected_the_host_must_turn_both_stop_signals_on(start: Start) -> None:
+    """As long as one of them is OFF the program does not start. Source: manual chapter 3, 1."""
     cell = start()
     cell["CellSafe"] = cell["StopReleased"] = False
     cell.run("500ms")
@@ -113,12 +101,9 @@ def test_correctly_connected_both_stop_signals_are_valid_and_must_be_turned_on_b
     assert cell.execute("AutoStart") == 0
 
 
-def test_correctly_connected_the_terminal_of_the_safety_connector_is_always_valid(
-    start: Start,
-) -> None:
+def test_correctly_connected_the_safety_connector_is_always_valid(start: Start) -> None:
     """Source: manual chapter 3, 1."""
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     cell.cell.inject("emergency_stop")
     cell.wait("SO00")
     assert cell.is_on("SO02", "SO03") == (False, True)
@@ -129,8 +114,7 @@ def test_correctly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disa
     start: Start, board: str, stops: bool
 ) -> None:
     """Source: manual chapter 3, 1."""
-    cell = start(parallel_io=board, parallel_stop=False)
-    cell.servo_on()
+    cell = start(parallel_io=board, parallel_stop=False).servo_on()
     cell["AutoStart.Timeout"] = "T#1s"
     assert (cell.execute("AutoStart") != 0) is stops
     assert [alarm.number for alarm in cell.robot.alarms.history] == ["12.400"] * stops
@@ -140,10 +124,7 @@ def test_correctly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disa
 
 
 def test_incorrectly_connected_the_leds_show_the_error_state(start: Start) -> None:
-    """The cable is out.
-
-    Source: manual chapter 3, 1; chapter 4, 2
-    """
+    """The cable is out. Source: manual chapter 3, 1; chapter 4, 2."""
     cell = start()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -168,10 +149,7 @@ def test_with_different_sizes_the_leds_show_the_error_state(start: Start) -> Non
 
 
 def test_the_leds_show_the_error_state_also_when_the_master_does_not_operate() -> None:
-    """Never, or not any more.
-
-    Source: manual chapter 3, 1; chapter 4, 2
-    """
+    """Never, or not any more. Source: manual chapter 3, 1; chapter 4, 2."""
     master = Master()
     shown = []
     for connected in (False, True, False):
@@ -185,9 +163,7 @@ def test_the_leds_show_the_error_state_also_when_the_master_does_not_operate() -
     ]
 
 
-def test_incorrectly_connected_the_terminal_of_the_safety_connector_is_always_valid(
-    start: Start,
-) -> None:
+def test_incorrectly_connected_the_safety_connector_is_always_valid(start: Start) -> None:
     """Source: manual chapter 3, 1."""
     cell = start(size=256, plc_size=48)
     cell.run("500ms")
@@ -200,10 +176,7 @@ def test_incorrectly_connected_the_terminal_of_the_safety_connector_is_always_va
 def test_incorrectly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """It is there as soon as the connection is.
-
-    Source: manual chapter 3, 1
-    """
+    """It is there as soon as the connection is. Source: manual chapter 3, 1."""
     cell = start(parallel_io=board, parallel_stop=False)
     cell.cell.inject("link_down")
     cell.run("500ms")

@@ -5,25 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from chapter_cell import ChapterCell, steps_once
-from robot_master import Master
+from robot_master import Master, powered_up
 
 Start = Callable[..., ChapterCell]
 
 
 def test_si00_off_puts_the_controller_into_the_emergency_stop_state(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(00)."""
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     assert cell.execute("EmergencyStop") == 0
     assert cell.is_on("SO00", "SO02") == (True, False)
     assert cell.alarms() == ["12.600"]
 
 
 def test_si00_is_kept_on_during_normal_operation(start: Start) -> None:
-    """From power on to the running program it changes once.
-
-    Source: manual chapter 5, 2, SI(00)
-    """
+    """From power on to the running program it changes once. Source: manual chapter 5, 2, SI(00)."""
     cell = start()
     assert cell.execute("PowerUp") == 0
     cell.from_now()
@@ -35,8 +31,7 @@ def test_si01_on_puts_the_servos_on_after_an_emergency_stop_was_cancelled(start:
 
     Source: manual chapter 5, 2, SI(01)
     """
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     assert cell.execute("EmergencyStop") == 0
     assert cell.execute("FromEmergency") == 0
     assert cell.is_on("SO00", "SO02") == (False, True)
@@ -47,8 +42,7 @@ def test_si01_acts_when_it_is_switched_from_off_to_on() -> None:
 
     Source: manual chapter 5, 2, SI(01)
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn_and_wait("SI01", True)
     assert master.on("SO02")
     master.robot.inject("main_power_off")
@@ -78,8 +72,7 @@ def test_si01_needs_all_emergency_stops_cancelled(start: Start) -> None:
 
     Source: manual chapter 5, 2, SI(01)
     """
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     cell.cell.inject("emergency_stop")
     cell.wait("SO00")
     assert cell["Robot.SI.SI00_EmergencyStop"] is True
@@ -90,16 +83,14 @@ def test_si01_needs_all_emergency_stops_cancelled(start: Start) -> None:
 
 def test_si06_off_stops_the_robot_program(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(06)."""
-    cell = start()
-    cell.program()
+    cell = start().program()
     assert cell.execute("ProgramStop") == 0
     assert not cell.on("SO13")
 
 
 def test_to_execute_the_program_si06_is_kept_on(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(06)."""
-    cell = start()
-    cell.program()
+    cell = start().program()
     cell.run("2s")
     assert cell.on("SO13")
     assert [step for step in cell.steps(0) if "SI06" in step] == ["SI06 ON"]
@@ -107,8 +98,7 @@ def test_to_execute_the_program_si06_is_kept_on(start: Start) -> None:
 
 def test_si10_on_executes_the_sequence_program(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(10)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     since = cell.from_now()
     cell["Sequence.Enable"] = True
     cell.cell.run_until(lambda: cell["Sequence.Valid"] is True, within="1s")
@@ -117,8 +107,7 @@ def test_si10_on_executes_the_sequence_program(start: Start) -> None:
 
 def test_the_sequence_program_is_executed_as_long_as_si10_is_on(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(10)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     cell["Sequence.Enable"] = True
     cell.run("3s")
     assert cell.on("SO12")
@@ -130,19 +119,14 @@ def test_the_sequence_program_is_executed_as_long_as_si10_is_on(start: Start) ->
 
 def test_si12_on_executes_the_robot_program(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(12)."""
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     assert cell.execute("AutoStart") == 0
     assert cell.robot.program.running
 
 
 def test_si12_acts_when_it_is_switched_from_off_to_on() -> None:
-    """Held ON it does not start the program a second time.
-
-    Source: manual chapter 5, 2, SI(12)
-    """
-    master = Master(**steps_once("SOW(3)=1", "DELAY 100", "SOW(3)=2"))
-    master.power_up()
+    """Held ON it does not start the program a second time. Source: manual chapter 5, 2, SI(12)."""
+    master = powered_up(**steps_once("SOW(3)=1", "DELAY 100", "SOW(3)=2"))
     master.turn_and_wait("SI12", True, 1000)
     assert not master.on("SO13")
     master.robot.write_port("SOW(3)", 0)
@@ -155,12 +139,8 @@ def test_si12_acts_when_it_is_switched_from_off_to_on() -> None:
 
 
 def test_si15_on_resets_the_robot_program(start: Start) -> None:
-    """A program that was stopped begins at its beginning.
-
-    Source: manual chapter 5, 2, SI(15)
-    """
-    cell = start(**steps_once("SO(20)=1", "WAIT SI(20)=1", "SO(21)=1", "WAIT SI(20)=0"))
-    cell.servo_on()
+    """A program that was stopped begins at its beginning. Source: manual chapter 5, 2, SI(15)."""
+    cell = start(**steps_once("SO(20)=1", "WAIT SI(20)=1", "SO(21)=1", "WAIT SI(20)=0")).servo_on()
     assert cell.execute("AutoStart") == 0
     assert cell.execute("ProgramStop") == 0
     cell.robot.write_port("SO(20)", 0)
@@ -170,12 +150,8 @@ def test_si15_on_resets_the_robot_program(start: Start) -> None:
 
 
 def test_si15_acts_when_it_is_switched_from_off_to_on() -> None:
-    """Held ON it does not reset again.
-
-    Source: manual chapter 5, 2, SI(15)
-    """
-    master = Master()
-    master.power_up()
+    """Held ON it does not reset again. Source: manual chapter 5, 2, SI(15)."""
+    master = powered_up()
     master.turn_and_wait("SI15", True)
     assert master.on("SO14")
     master.turn_and_wait("SI12", True)
@@ -187,19 +163,16 @@ def test_si15_acts_when_it_is_switched_from_off_to_on() -> None:
 
 def test_si15_needs_the_auto_mode(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(15)."""
-    cell = start(auto_mode=False)
-    cell.settle()
+    cell = start(auto_mode=False).settle()
     assert cell.execute("ProgramReset") == 0x8006
-    master = Master(auto_mode=False)
-    master.power_up()
+    master = powered_up(auto_mode=False)
     master.pulse("SI15")
     assert not master.on("SO14")
 
 
 def test_si16_on_performs_an_alarm_reset(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(16)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     cell.cell.inject("alarm", group=17, category=500)
     cell.wait("SO03")
     assert cell.execute("AlarmReset") == 0
@@ -208,12 +181,8 @@ def test_si16_on_performs_an_alarm_reset(start: Start) -> None:
 
 
 def test_si16_acts_when_it_is_switched_from_off_to_on() -> None:
-    """An alarm that comes while it is held ON stays.
-
-    Source: manual chapter 5, 2, SI(16)
-    """
-    master = Master()
-    master.power_up()
+    """An alarm that comes while it is held ON stays. Source: manual chapter 5, 2, SI(16)."""
+    master = powered_up()
     master.turn_and_wait("SI16", True)
     master.robot.inject("alarm", group=17, category=500)
     master.run(500)
@@ -226,8 +195,7 @@ def test_si16_acts_when_it_is_switched_from_off_to_on() -> None:
 
 def test_alarms_that_si16_does_not_clear_need_a_power_restart(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(16)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     cell.cell.inject("alarm", group=12, category=900)
     cell["AlarmReset.Timeout"] = "T#1s"
     cell.wait("SO03")
@@ -247,12 +215,8 @@ def test_a_robot_program_refers_to_the_value_of_an_si_port(start: Start) -> None
 
 
 def test_a_robot_program_waits_for_a_general_purpose_input(start: Start) -> None:
-    """It goes on with ON, as WAIT SI(20)=1 says.
-
-    Source: manual chapter 5, 2, SI(20) to SI(157)
-    """
-    cell = start(**steps_once("WAIT SI(20)=1", "SO(20)=1"))
-    cell.servo_on()
+    """It goes on with ON, as WAIT SI(20)=1 says. Source: manual chapter 5, 2, SI(20) to SI(157)."""
+    cell = start(**steps_once("WAIT SI(20)=1", "SO(20)=1")).servo_on()
     assert cell.execute("AutoStart") == 0
     cell.run("1s")
     assert cell["ReadBit.Value"] is False

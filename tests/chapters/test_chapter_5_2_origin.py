@@ -8,7 +8,7 @@ import pytest
 
 from chapter_cell import ChapterCell
 from rcx_harness.robot import Axis
-from robot_master import Master
+from robot_master import servos_on
 
 Start = Callable[..., ChapterCell]
 
@@ -16,38 +16,24 @@ ABSOLUTE, INCREMENTAL = Axis(start=700), Axis(start=700, type="incremental")
 SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_method="mark")
 
 
-def _return(cell: ChapterCell, axes: str) -> int:
-    cell["Axes"] = axes
-    cell["ReturnToOrigin.Timeout"] = "T#2s"
-    return cell.execute("ReturnToOrigin")
-
-
-def test_si14_performs_the_return_to_origin_of_incremental_and_semi_absolute_axes(
-    start: Start,
-) -> None:
-    """Absolute axes stay where they are.
-
-    Source: manual chapter 5, 2, SI(14)
-    """
+def test_si14_returns_incremental_and_semi_absolute_axes(start: Start) -> None:
+    """Absolute axes stay where they are. Source: manual chapter 5, 2, SI(14)."""
     cell = start(axes=(ABSOLUTE, INCREMENTAL, SEMI))
     cell.robot.origins[1:] = [False, False]
     cell.servo_on()
-    assert _return(cell, "ORIGIN_INCREMENTAL") == 0
+    assert cell.return_to_origin("ORIGIN_INCREMENTAL") == 0
     assert cell.robot.origins == [True, True, True]
     assert cell.robot.positions[0] == 700
 
 
-def test_at_si14_off_to_on_incremental_axes_return_and_semi_absolute_axes_search(
-    start: Start,
-) -> None:
+def test_at_si14_incremental_axes_return_and_semi_absolute_axes_search(start: Start) -> None:
     """After the return-to-origin an axis stands at 0, after the search where it was.
 
     Source: manual chapter 5, 2, SI(14)
     """
-    cell = start(axes=(INCREMENTAL, SEMI), origin_complete=False)
-    cell.servo_on()
+    cell = start(axes=(INCREMENTAL, SEMI), origin_complete=False).servo_on()
     since = cell.from_now()
-    assert _return(cell, "ORIGIN_INCREMENTAL") == 0
+    assert cell.return_to_origin("ORIGIN_INCREMENTAL") == 0
     assert cell.steps(since)[:2] == ["SI14 ON", "SO11 ON"]
     assert cell.robot.positions == [0, 700]
 
@@ -56,49 +42,39 @@ def test_at_si14_off_to_on_incremental_axes_return_and_semi_absolute_axes_search
 def test_si14_is_for_axes_with_the_sensor_or_stroke_end_method(start: Start, method: str) -> None:
     """Source: manual chapter 5, 2, SI(14)."""
     axis = Axis(start=700, type="incremental", origin_method=method)
-    cell = start(axes=(axis,), origin_complete=False)
-    cell.servo_on()
-    assert (_return(cell, "ORIGIN_INCREMENTAL") == 0) is (method != "mark")
+    cell = start(axes=(axis,), origin_complete=False).servo_on()
+    assert (cell.return_to_origin("ORIGIN_INCREMENTAL") == 0) is (method != "mark")
     assert (cell.robot.positions == [0]) is (method != "mark")
 
 
-def test_what_si17_moves_depends_on_the_parameter_di17_mode(start: Start) -> None:
+def test_the_axes_that_si17_moves_depend_on_the_parameter_di17_mode(start: Start) -> None:
     """Dedicated to absolute axes, or for absolute and incremental ones.
 
     Source: manual chapter 5, 2, SI(17)
     """
-    cell = start(axes=(ABSOLUTE, INCREMENTAL), di17_mode="ABS")
-    cell.servo_on()
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0
+    cell = start(axes=(ABSOLUTE, INCREMENTAL), di17_mode="ABS").servo_on()
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0
     assert cell.robot.positions == [0, 700]
 
 
 def test_si17_moves_absolute_and_incremental_axes_in_the_dual_mode(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(17)."""
-    cell = start(axes=(ABSOLUTE, INCREMENTAL), di17_mode="ABS/ORG")
-    cell.servo_on()
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0
+    cell = start(axes=(ABSOLUTE, INCREMENTAL), di17_mode="ABS/ORG").servo_on()
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0
     assert cell.robot.positions == [0, 0]
 
 
 def test_with_abs_si17_on_performs_the_return_to_origin_of_absolute_axes(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(17), ABS."""
-    cell = start(axes=(ABSOLUTE,), origin_complete=False, di17_mode="ABS")
-    cell.servo_on()
-    since = cell.from_now()
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0
-    cell.from_now()
-    assert cell.steps(since) == ["SI17 ON", "SO11 ON", "SI17 OFF"]
+    cell = start(axes=(ABSOLUTE,), origin_complete=False, di17_mode="ABS").servo_on()
+    cell["Axes"] = "ORIGIN_ABSOLUTE"
+    assert cell.steps_of("ReturnToOrigin") == ["SI17 ON", "SO11 ON", "SI17 OFF"]
 
 
 @pytest.mark.parametrize(("mode", "groups"), [("ABS", 1), ("ABS/ORG", 2)])
 def test_si17_acts_when_it_is_switched_from_off_to_on(mode: str, groups: int) -> None:
-    """Held ON it moves once.
-
-    Source: manual chapter 5, 2, SI(17), ABS and ABS/ORG
-    """
-    master = Master(axes=(ABSOLUTE, INCREMENTAL), origin_time=200, di17_mode=mode)
-    master.servo_on()
+    """Held ON it moves once. Source: manual chapter 5, 2, SI(17), ABS and ABS/ORG."""
+    master = servos_on(axes=(ABSOLUTE, INCREMENTAL), origin_time=200, di17_mode=mode)
     master.turn_and_wait("SI17", True, 200 * groups + 50)
     assert master.robot.positions[0] == 0
     master.robot.positions[0] = 99
@@ -108,22 +84,18 @@ def test_si17_acts_when_it_is_switched_from_off_to_on(mode: str, groups: int) ->
 
 def test_with_abs_an_axis_with_the_mark_method_does_not_perform_the_return(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(17), ABS."""
-    cell = start(axes=(MARK, ABSOLUTE), di17_mode="ABS")
-    cell.servo_on()
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0
+    cell = start(axes=(MARK, ABSOLUTE), di17_mode="ABS").servo_on()
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0
     assert cell.robot.positions == [700, 0]
 
 
-def test_with_abs_nothing_is_executed_while_a_mark_axis_has_not_completed_its_return(
-    start: Start,
-) -> None:
+def test_with_abs_nothing_moves_while_a_mark_axis_is_not_complete(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(17), ABS."""
-    cell = start(axes=(MARK, ABSOLUTE), di17_mode="ABS", origin_complete=False)
-    cell.servo_on()
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0x8010
+    cell = start(axes=(MARK, ABSOLUTE), di17_mode="ABS", origin_complete=False).servo_on()
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0x8010
     assert cell.robot.positions == [700, 700]
     cell.robot.origins[0] = True
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0
     assert cell.robot.positions == [700, 0]
 
 
@@ -143,17 +115,15 @@ def test_with_abs_org_si17_performs_the_return_of_the_axis_types_that_are_there(
 
     Source: manual chapter 5, 2, SI(17), ABS/ORG
     """
-    cell = start(axes=axes, origin_complete=False, di17_mode="ABS/ORG")
-    cell.servo_on()
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0
+    cell = start(axes=axes, origin_complete=False, di17_mode="ABS/ORG").servo_on()
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0
     assert cell.robot.positions == positions
     assert all(cell.robot.origins)
 
 
 def test_with_abs_org_and_mixed_axes_the_absolute_ones_go_before_the_others(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(17), ABS/ORG."""
-    cell = start(axes=(INCREMENTAL, SEMI, ABSOLUTE), origin_complete=False)
-    cell.servo_on()
+    cell = start(axes=(INCREMENTAL, SEMI, ABSOLUTE), origin_complete=False).servo_on()
     cell["Axes"] = "ORIGIN_ABSOLUTE"
     cell["ReturnToOrigin.Execute"] = True
     cell.cell.run_until(lambda: cell.robot.origins[2], within="2s")
@@ -163,41 +133,32 @@ def test_with_abs_org_and_mixed_axes_the_absolute_ones_go_before_the_others(star
     assert cell.robot.positions == [0, 700, 0]
 
 
-def test_si17_can_serve_as_absolute_reset_and_return_to_origin_of_older_robots(
-    start: Start,
-) -> None:
+def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
     """One input for all axes, as on a robot whose controller was replaced: ABS/ORG.
 
     Source: manual chapter 5, 2, SI(17), first note
     """
-    cell = start(origin_complete=False, di17_mode="ABS/ORG")
-    cell.servo_on()
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0
+    cell = start(origin_complete=False, di17_mode="ABS/ORG").servo_on()
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0
     assert cell.on("SO11")
 
 
 def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(start: Start) -> None:
-    """Although they had their origin.
-
-    Source: manual chapter 5, 2, SI(17), second note
-    """
+    """Although they had their origin. Source: manual chapter 5, 2, SI(17), second note."""
     cell = start(axes=(ABSOLUTE, INCREMENTAL, SEMI), di17_mode="ABS/ORG")
     cell.robot.origins[1:] = [False, False]
     cell.servo_on()
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0
     assert cell.robot.positions[0] == 0
 
 
-def test_with_mixed_axes_si17_for_absolute_and_si14_for_incremental_ones_is_recommended(
-    start: Start,
-) -> None:
+def test_with_mixed_axes_si17_and_si14_each_for_its_type_is_recommended(start: Start) -> None:
     """Then the absolute axes do not move with the others.
 
     Source: manual chapter 5, 2, SI(17), last note
     """
-    cell = start(axes=(ABSOLUTE, INCREMENTAL, SEMI), di17_mode="ABS")
-    cell.servo_on()
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0
+    cell = start(axes=(ABSOLUTE, INCREMENTAL, SEMI), di17_mode="ABS").servo_on()
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0
     cell.robot.positions[0] = 55
-    assert _return(cell, "ORIGIN_INCREMENTAL") == 0
+    assert cell.return_to_origin("ORIGIN_INCREMENTAL") == 0
     assert cell.robot.positions == [55, 0, 700]

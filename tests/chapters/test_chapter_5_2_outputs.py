@@ -11,19 +11,9 @@ from chapter_cell import ChapterCell, steps_once
 Start = Callable[..., ChapterCell]
 
 
-def _return(cell: ChapterCell, axes: str) -> int:
-    cell["Axes"] = axes
-    cell["ReturnToOrigin.Timeout"] = "T#2s"
-    return cell.execute("ReturnToOrigin")
-
-
 def test_so00_is_on_in_the_emergency_stop_state(start: Start) -> None:
-    """Whatever has caused it.
-
-    Source: manual chapter 5, 2, SO(00)
-    """
-    cell = start()
-    cell.settle()
+    """Whatever has caused it. Source: manual chapter 5, 2, SO(00)."""
+    cell = start().settle()
     assert not cell.on("SO00")
     cell["CellSafe"] = False
     cell.wait("SO00")
@@ -36,10 +26,7 @@ def test_so00_is_on_in_the_emergency_stop_state(start: Start) -> None:
 
 
 def test_so01_is_on_in_the_normal_state(start: Start) -> None:
-    """Not before the controller has booted.
-
-    Source: manual chapter 5, 2, SO(01)
-    """
+    """Not before the controller has booted. Source: manual chapter 5, 2, SO(01)."""
     cell = start(booted=False)
     cell.run("150ms")
     assert cell["Connected"] is False
@@ -49,8 +36,7 @@ def test_so01_is_on_in_the_normal_state(start: Start) -> None:
 
 def test_so02_is_on_while_the_motors_have_power(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(02)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     assert not cell.on("SO02")
     assert cell.execute("ServoOn") == 0
     assert cell.on("SO02")
@@ -62,8 +48,7 @@ def test_so02_is_on_while_the_motors_have_power(start: Start) -> None:
 
 def test_so03_is_on_when_a_serious_error_has_occurred(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(03)."""
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     assert not cell.on("SO03")
     cell.cell.inject("alarm", group=17, category=500)
     cell.cell.run_until(lambda: cell["Status.AlarmRaised"] is True, within="100ms")
@@ -72,8 +57,7 @@ def test_so03_is_on_when_a_serious_error_has_occurred(start: Start) -> None:
 
 def test_so04_is_on_with_main_power_and_servo_on_enabled(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(04)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     assert cell.on("SO04")
     cell.cell.inject("main_power_off")
     cell.wait("SO04", False)
@@ -85,8 +69,7 @@ def test_so04_is_on_with_main_power_and_servo_on_enabled(start: Start) -> None:
 
 def test_so04_goes_off_at_a_serious_error(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(04)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     cell.cell.inject("alarm", group=17, category=500)
     cell.wait("SO04", False)
     assert cell.on("SO03")
@@ -94,8 +77,7 @@ def test_so04_goes_off_at_a_serious_error(start: Start) -> None:
 
 def test_so10_is_on_in_auto_mode(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(10)."""
-    cell = start(auto_mode=False)
-    cell.settle()
+    cell = start(auto_mode=False).settle()
     assert not cell.on("SO10")
     cell.cell.inject("auto_mode")
     cell.wait("SO10")
@@ -103,8 +85,7 @@ def test_so10_is_on_in_auto_mode(start: Start) -> None:
 
 def test_so10_is_off_in_any_other_mode(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(10)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     assert cell.on("SO10")
     cell.cell.inject("manual_mode")
     cell.cell.run_until(lambda: cell["Status.AutoLost"] is True, within="100ms")
@@ -113,23 +94,18 @@ def test_so10_is_off_in_any_other_mode(start: Start) -> None:
 
 
 def test_so11_is_on_when_the_robot_has_completed_its_return_to_origin(start: Start) -> None:
-    """All of its axes.
-
-    Source: manual chapter 5, 2, SO(11)
-    """
-    cell = start(origin_complete=False, di17_mode="ABS")
-    cell.servo_on()
+    """All of its axes. Source: manual chapter 5, 2, SO(11)."""
+    cell = start(origin_complete=False, di17_mode="ABS").servo_on()
     assert not cell.on("SO11")
-    assert _return(cell, "ORIGIN_ABSOLUTE") == 0x8010
+    assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0x8010
     assert not cell.on("SO11")
-    assert _return(cell, "ORIGIN_INCREMENTAL") == 0
+    assert cell.return_to_origin("ORIGIN_INCREMENTAL") == 0
     assert cell.on("SO11")
 
 
 def test_so12_is_on_while_the_sequence_program_is_executed(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(12)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     assert not cell.on("SO12")
     cell["Sequence.Enable"] = True
     cell.wait("SO12")
@@ -139,8 +115,7 @@ def test_so12_is_on_while_the_sequence_program_is_executed(start: Start) -> None
 
 def test_so13_is_on_while_the_robot_program_is_executed(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(13)."""
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     assert not cell.on("SO13")
     assert cell.execute("AutoStart") == 0
     assert cell.on("SO13")
@@ -151,8 +126,7 @@ def test_so13_is_on_while_the_robot_program_is_executed(start: Start) -> None:
 
 def test_so14_goes_on_when_the_robot_program_has_been_reset(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(14)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     assert not cell.on("SO14")
     assert cell.execute("ProgramReset") == 0
     assert cell.on("SO14")
@@ -160,20 +134,15 @@ def test_so14_goes_on_when_the_robot_program_has_been_reset(start: Start) -> Non
 
 def test_so14_goes_off_when_the_robot_program_starts(start: Start) -> None:
     """Source: manual chapter 5, 2, SO(14)."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     assert cell.execute("ProgramReset") == 0
     assert cell.execute("AutoStart") == 0
     assert cell.is_on("SO13", "SO14") == (True, False)
 
 
 def test_so15_is_on_when_there_is_a_warning(start: Start) -> None:
-    """A warning is no alarm.
-
-    Source: manual chapter 5, 2, SO(15)
-    """
-    cell = start()
-    cell.settle()
+    """A warning is no alarm. Source: manual chapter 5, 2, SO(15)."""
+    cell = start().settle()
     cell.cell.inject("warning")
     cell.cell.run_until(lambda: cell["Status.WarningRaised"] is True, within="100ms")
     assert cell.is_on("SO15", "SO03") == (True, False)
@@ -209,8 +178,7 @@ def test_each_of_the_outputs_so20_to_so157_reaches_the_master(start: Start) -> N
 
     Source: manual chapter 5, 2, SO(20) to SO(157) and note
     """
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     tens = [*range(2, 8), *range(10, 16)]
     numbers = [10 * port + bit for port in tens for bit in range(8)]
     assert len(numbers) == 96

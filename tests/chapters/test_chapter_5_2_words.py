@@ -11,13 +11,18 @@ from chapter_cell import ChapterCell, steps_once
 Start = Callable[..., ChapterCell]
 
 
+def _move_to_19(cell: ChapterCell) -> None:
+    """With 50 % of the speed."""
+    cell["Command.Code"], cell["Data[1]"], cell["Data[3]"], cell["Data[4]"] = 1, 4, 50, 19
+    assert cell.execute("Command") == 0
+
+
 def test_siw0_is_the_remote_command_area(start: Start) -> None:
     """The code stands there, and the controller executes it.
 
     Source: manual chapter 5, 2, SIW(0)
     """
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     cell["Command.Code"] = 0x0501
     assert cell.execute("Command") == 0
     codes = [one.rcx_si[0:2] for one in cell.cell.trace.cycles() if one.rcx_si and one.rcx_si[0]]
@@ -25,15 +30,9 @@ def test_siw0_is_the_remote_command_area(start: Start) -> None:
 
 
 def test_siw1_is_the_command_data_area_of_the_remote_command(start: Start) -> None:
-    """It is 0 without a command.
-
-    Source: manual chapter 5, 2, SIW(1)
-    """
-    cell = start()
-    cell.servo_on()
-    cell["Command.Code"], cell["Data[1]"] = 0x0001, 0x0004
-    cell["Data[3]"], cell["Data[4]"] = 50, 19
-    assert cell.execute("Command") == 0
+    """It is 0 without a command. Source: manual chapter 5, 2, SIW(1)."""
+    cell = start().servo_on()
+    _move_to_19(cell)
     images = [one.rcx_si for one in cell.cell.trace.cycles() if one.rcx_si]
     assert {image[2:4] for image in images if image[0]} == {b"\x04\x00"}
     assert images[-1][2:4] == b"\x00\x00"
@@ -59,10 +58,7 @@ def test_siw_words_input_word_data_to_the_robot_program(
 def test_sid_double_words_input_double_word_data_to_the_robot_program(
     start: Start, number: int, size: int
 ) -> None:
-    """Signed.
-
-    Source: manual chapter 5, 2, SID(2) to SID(14), SID(24) to SID(126)
-    """
+    """Signed. Source: manual chapter 5, 2, SID(2) to SID(14), SID(24) to SID(126)."""
     cell = start(size=size, **steps_once(f"A=SID({number})"))
     cell["WritesDouble"], cell["Number"], cell["DoubleValue"] = True, number, -70_000
     cell.run_short_program()
@@ -77,24 +73,16 @@ def test_siw2_to_siw15_are_the_command_data_area_of_a_remote_command(start: Star
     cell = start()
     cell["Number"], cell["Value"] = 4, 0xFEDC
     cell.servo_on()
-    cell["Command.Code"], cell["Data[1]"] = 0x0001, 0x0004
-    cell["Data[3]"], cell["Data[4]"] = 50, 19
-    assert cell.execute("Command") == 0
+    _move_to_19(cell)
     cell.run("100ms")
     images = [one.rcx_si for one in cell.cell.trace.cycles() if one.rcx_si]
     assert {image[8:10] for image in images if image[0]} == {b"\x13\x00"}
     assert images[-1][8:10] == b"\xdc\xfe"
 
 
-def test_sow0_and_sow1_are_dedicated_to_the_status_and_response_of_remote_commands(
-    start: Start,
-) -> None:
-    """No robot program can write them.
-
-    Source: manual chapter 5, 2, SOW(0) and SOW(1)
-    """
-    cell = start()
-    cell.settle()
+def test_sow0_and_sow1_are_for_status_and_response_of_remote_commands(start: Start) -> None:
+    """No robot program can write them. Source: manual chapter 5, 2, SOW(0) and SOW(1)."""
+    cell = start().settle()
     for name in ("SOW(0)", "SOW(1)", "SOD(0)"):
         with pytest.raises(Exception, match="no general-purpose word"):
             cell.robot.write_port(name, 1)

@@ -10,19 +10,16 @@ from collections.abc import Callable
 import pytest
 
 from chapter_cell import ChapterCell
-from robot_master import Master
+from robot_master import Master, powered_up
 
 Start = Callable[..., ChapterCell]
 
 EMERGENCY = "SO00 ON, SO02 OFF, SO03 ON"
 
 
-def test_the_controller_begins_its_operation_with_the_servos_off_after_power_on(
-    start: Start,
-) -> None:
+def test_the_controller_begins_with_the_servos_off_after_power_on(start: Start) -> None:
     """Source: manual chapter 5, 3.1."""
-    cell = start(booted=False)
-    cell.settle()
+    cell = start(booted=False).settle()
     assert cell.is_on("SO01", "SO02", "SO04") == (True, False, True)
 
 
@@ -30,12 +27,8 @@ def test_the_controller_begins_its_operation_with_the_servos_off_after_power_on(
 
 
 def test_between_two_changes_of_dedicated_inputs_there_are_100_ms_or_more(start: Start) -> None:
-    """Of all that the blocks do, at the controller.
-
-    Source: manual chapter 5, 3.1, caution
-    """
-    cell = start()
-    cell.program()
+    """Of all that the blocks do, at the controller. Source: manual chapter 5, 3.1, caution."""
+    cell = start().program()
     assert cell.execute("ProgramStop") == 0
     assert cell.execute("ProgramContinue") == 0
     cell.from_now()
@@ -53,8 +46,7 @@ def test_between_two_changes_of_dedicated_inputs_there_are_100_ms_or_more(start:
 @pytest.mark.parametrize("ms", [5, 50, 95])
 def test_an_interval_that_is_too_short_is_not_recognised(ms: int) -> None:
     """Source: manual chapter 5, 3.1, caution."""
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn_and_wait("SI16", True, ms)
     master.turn_and_wait("SI01", True, 500)
     assert not master.on("SO02")
@@ -62,12 +54,8 @@ def test_an_interval_that_is_too_short_is_not_recognised(ms: int) -> None:
 
 
 def test_the_interval_holds_between_changes_of_the_same_dedicated_input() -> None:
-    """SI(06) OFF, and ON again after 90 ms.
-
-    Source: manual chapter 5, 3.1, caution
-    """
-    master = Master()
-    master.power_up()
+    """SI(06) OFF, and ON again after 90 ms. Source: manual chapter 5, 3.1, caution."""
+    master = powered_up()
     master.turn_and_wait("SI06", False, 90)
     master.turn_and_wait("SI06", True, 90)
     assert not master.robot.machine.si06
@@ -79,8 +67,7 @@ def test_the_interval_holds_between_changes_of_different_dedicated_inputs() -> N
 
     Source: manual chapter 5, 3.1, caution
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn("SI01", True)
     master.turn_and_wait("SI16", True, 300)
     assert not master.on("SO02")
@@ -92,8 +79,7 @@ def test_the_interval_holds_also_where_a_dedicated_output_has_answered(start: St
 
     Source: manual chapter 5, 3.1, caution
     """
-    cell = start(servo_on_delay=5)
-    cell.servo_on()
+    cell = start(servo_on_delay=5).servo_on()
     cell.run("300ms")
     on = [one.t_us for one in cell.cell.trace.cycles() if one.rcx_si and one.rcx_si[32] & 0x02]
     assert on[-1] + 5000 - on[0] >= 100_000
@@ -107,12 +93,8 @@ def test_initial_servo_on_after_power_on(start: Start) -> None:
 
     Source: manual chapter 5, 3.1, initial servo ON process
     """
-    cell = start()
-    cell.settle()
-    since = cell.from_now()
-    assert cell.execute("ServoOn") == 0
-    cell.from_now()
-    assert cell.steps(since) == ["SI01 ON", "SO02 ON", "SI01 OFF"]
+    cell = start().settle()
+    assert cell.steps_of("ServoOn") == ["SI01 ON", "SO02 ON", "SI01 OFF"]
 
 
 def test_servo_on_is_answered_if_it_is_not_the_emergency_stop_state(start: Start) -> None:
@@ -135,8 +117,7 @@ def test_servo_on_input_goes_off_after_servo_on_status_is_confirmed(start: Start
 
     Source: manual chapter 5, 3.1, initial servo ON process
     """
-    cell = start(servo_on_delay=1000)
-    cell.settle()
+    cell = start(servo_on_delay=1000).settle()
     since = cell.from_now()
     cell["ServoOn.Execute"] = True
     cell.run("900ms")
@@ -150,12 +131,8 @@ def test_shift_to_emergency_stop(start: Start) -> None:
 
     Source: manual chapter 5, 3.1, shift to emergency stop
     """
-    cell = start()
-    cell.servo_on()
-    since = cell.from_now()
-    assert cell.execute("EmergencyStop") == 0
-    cell.from_now()
-    assert cell.steps(since) == ["SI00 OFF", EMERGENCY]
+    cell = start().servo_on()
+    assert cell.steps_of("EmergencyStop") == ["SI00 OFF", EMERGENCY]
 
 
 def test_servo_on_from_the_emergency_stop_state(start: Start) -> None:
@@ -163,13 +140,9 @@ def test_servo_on_from_the_emergency_stop_state(start: Start) -> None:
 
     Source: manual chapter 5, 3.1, servo ON process from emergency stop status
     """
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     assert cell.execute("EmergencyStop") == 0
-    since = cell.from_now()
-    assert cell.execute("FromEmergency") == 0
-    cell.from_now()
-    assert cell.steps(since) == [
+    assert cell.steps_of("FromEmergency") == [
         "SI00 ON",
         "SO00 OFF",
         "SI16 ON",
@@ -191,8 +164,7 @@ def test_from_the_emergency_stop_state_each_input_goes_off_after_its_output_is_c
 
     Source: manual chapter 5, 3.1, servo ON process from emergency stop status
     """
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     assert cell.execute("EmergencyStop") == 0
     cell.robot.hold("SO03" if delay == "alarm_reset_delay" else "SO02")
     since = cell.from_now()
@@ -208,15 +180,12 @@ def test_from_the_emergency_stop_state_each_input_goes_off_after_its_output_is_c
 # 3.2 AUTO mode changeover, program reset and program execution
 
 
-def test_auto_mode_changeover_needs_the_auto_input_on_and_the_manual_lock_off(
-    start: Start,
-) -> None:
+def test_auto_mode_needs_the_auto_input_on_and_the_manual_lock_off(start: Start) -> None:
     """One of the two alone changes nothing; then SO(10) is ON.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
     """
-    cell = start(auto_mode=False)
-    cell.settle()
+    cell = start(auto_mode=False).settle()
     cell["AutoMode.Enable"] = True
     cell.cell.inject("auto_input_on")
     cell.run("200ms")
@@ -228,15 +197,12 @@ def test_auto_mode_changeover_needs_the_auto_input_on_and_the_manual_lock_off(
     assert cell["AutoMode.Valid"] is True
 
 
-def test_after_the_changeover_the_control_authority_of_the_programming_box_is_cancelled(
-    start: Start,
-) -> None:
+def test_after_the_changeover_the_programming_box_has_no_authority(start: Start) -> None:
     """Before that, the dedicated inputs start nothing, although SO(10) is ON.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
     """
-    cell = start(pendant_authority=True)
-    cell.settle()
+    cell = start(pendant_authority=True).settle()
     cell["ServoOn.Timeout"] = "T#1s"
     assert cell.on("SO10")
     assert cell.execute("ServoOn") == 0x8010
@@ -245,22 +211,14 @@ def test_after_the_changeover_the_control_authority_of_the_programming_box_is_ca
 
 
 def test_program_reset(start: Start) -> None:
-    """SI(15) ON, SO(14) ON, SI(15) OFF.
-
-    Source: manual chapter 5, 3.2, program reset process
-    """
-    cell = start()
-    cell.servo_on()
-    since = cell.from_now()
-    assert cell.execute("ProgramReset") == 0
-    cell.from_now()
-    assert cell.steps(since) == ["SI15 ON", "SO14 ON", "SI15 OFF"]
+    """SI(15) ON, SO(14) ON, SI(15) OFF. Source: manual chapter 5, 3.2, program reset process."""
+    cell = start().servo_on()
+    assert cell.steps_of("ProgramReset") == ["SI15 ON", "SO14 ON", "SI15 OFF"]
 
 
 def test_program_reset_input_goes_off_after_the_reset_status_is_confirmed(start: Start) -> None:
     """Source: manual chapter 5, 3.2, program reset process."""
-    cell = start(program_reset_delay=1000)
-    cell.settle()
+    cell = start(program_reset_delay=1000).settle()
     since = cell.from_now()
     cell["ProgramReset.Execute"] = True
     cell.run("900ms")
@@ -274,21 +232,14 @@ def test_program_execution(start: Start) -> None:
 
     Source: manual chapter 5, 3.2, program execution process
     """
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     assert cell.execute("ProgramReset") == 0
-    since = cell.from_now()
-    assert cell.execute("AutoStart") == 0
-    cell.from_now()
-    assert cell.steps(since) == ["SI12 ON", "SO13 ON, SO14 OFF", "SI12 OFF"]
+    assert cell.steps_of("AutoStart") == ["SI12 ON", "SO13 ON, SO14 OFF", "SI12 OFF"]
 
 
-def test_auto_start_input_goes_off_after_the_program_running_output_is_confirmed(
-    start: Start,
-) -> None:
+def test_auto_start_goes_off_after_the_running_output_is_confirmed(start: Start) -> None:
     """Source: manual chapter 5, 3.2 and 3.3, program execution process."""
-    cell = start(program_start_delay=1000)
-    cell.servo_on()
+    cell = start(program_start_delay=1000).servo_on()
     since = cell.from_now()
     cell["AutoStart.Execute"] = True
     cell.run("900ms")
@@ -330,12 +281,8 @@ def test_program_execution_before_a_stop(start: Start) -> None:
 
     Source: manual chapter 5, 3.3, program execution process
     """
-    cell = start()
-    cell.servo_on()
-    since = cell.from_now()
-    assert cell.execute("AutoStart") == 0
-    cell.from_now()
-    assert cell.steps(since) == ["SI12 ON", "SO13 ON", "SI12 OFF"]
+    cell = start().servo_on()
+    assert cell.steps_of("AutoStart") == ["SI12 ON", "SO13 ON", "SI12 OFF"]
 
 
 def test_program_stop_by_the_stop_input(start: Start) -> None:
@@ -343,12 +290,8 @@ def test_program_stop_by_the_stop_input(start: Start) -> None:
 
     Source: manual chapter 5, 3.3, program stop process using stop input
     """
-    cell = start()
-    cell.program()
-    since = cell.from_now()
-    assert cell.execute("ProgramStop") == 0
-    cell.from_now()
-    assert cell.steps(since) == ["SI06 OFF", "SO13 OFF"]
+    cell = start().program()
+    assert cell.steps_of("ProgramStop") == ["SI06 OFF", "SO13 OFF"]
 
 
 def test_program_execution_after_a_stop_by_the_stop_input(start: Start) -> None:
@@ -356,34 +299,23 @@ def test_program_execution_after_a_stop_by_the_stop_input(start: Start) -> None:
 
     Source: manual chapter 5, 3.3, program execution after stopping program with stop input
     """
-    cell = start()
-    cell.program()
+    cell = start().program()
     cell.from_now()
     assert cell.execute("ProgramStop") == 0
-    since = cell.from_now()
-    assert cell.execute("ProgramContinue") == 0
-    cell.from_now()
-    assert cell.steps(since) == ["SI06 ON", "SI12 ON", "SO13 ON", "SI12 OFF"]
+    assert cell.steps_of("ProgramContinue") == ["SI06 ON", "SI12 ON", "SO13 ON", "SI12 OFF"]
 
 
 def test_the_program_also_stops_at_a_transition_to_emergency_stop(start: Start) -> None:
-    """Then SO(03) is ON and SO(02) OFF.
-
-    Source: manual chapter 5, 3.3, note
-    """
-    cell = start()
-    cell.program()
+    """Then SO(03) is ON and SO(02) OFF. Source: manual chapter 5, 3.3, note."""
+    cell = start().program()
     since = cell.from_now()
     assert cell.execute("EmergencyStop") == 0
     assert cell.steps(since) == ["SI00 OFF", f"{EMERGENCY}, SO13 OFF"]
 
 
-def test_after_an_emergency_stop_alarm_reset_and_servo_on_are_needed_to_execute_the_program_again(
-    start: Start,
-) -> None:
+def test_after_an_emergency_stop_a_program_needs_alarm_reset_and_servo_on(start: Start) -> None:
     """Source: manual chapter 5, 3.3, note."""
-    cell = start()
-    cell.program()
+    cell = start().program()
     assert cell.execute("EmergencyStop") == 0
     assert cell.execute("AutoStart") == 0x8003
     assert cell.execute("FromEmergency") == 0

@@ -36,7 +36,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _refused(capsys: Captured, *words: str) -> str:
-    """The one line that a command says when it ends with 2."""
+    """Return the line that a command prints when it ends with 2."""
     code = main(words)
     said = capsys.readouterr()
     assert (code, said.out) == (2, ""), said
@@ -83,13 +83,8 @@ def test_a_link_in_a_loop_is_not_replaced(here: Path, capsys: Captured, words: l
     """Source: open(2), ELOOP."""
     assert f"cannot be written: {_LOOP}" in _refused(capsys, *words)
     assert Path("loop").readlink() == Path("there")
-    assert sorted(path.name for path in here.iterdir()) == [
-        "lib",
-        "loop",
-        "p.st",
-        "t.jsonl",
-        "there",
-    ]
+    assert sorted(path.name for path in here.iterdir()) == ["lib", "loop", "p.st", "t.jsonl",
+                                                            "there"]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -112,7 +107,7 @@ def test_a_link_in_a_loop_is_not_replaced(here: Path, capsys: Captured, words: l
         ("/proc/nothing", "No such file or directory"),
     ],
 )
-def test_what_cannot_be_written_is_named_with_the_reason(
+def test_an_unwritable_place_is_reported_with_the_reason(
     here: Path, capsys: Captured, words: list[str], where: str, place: str, reason: str
 ) -> None:
     """Standard output is none of the reasons.
@@ -139,9 +134,7 @@ def test_what_cannot_be_written_is_named_with_the_reason(
         ["import", "{}", "-o", "out"],
     ],
 )
-def test_what_cannot_be_read_is_named_with_the_reason(
-    here: Path, capsys: Captured, words: list[str]
-) -> None:
+def test_an_unreadable_file_is_reported(here: Path, capsys: Captured, words: list[str]) -> None:
     """Source: open(2), ENAMETOOLONG."""
     name = "n" * 300
     said = _refused(capsys, *(word.format(name) for word in words))
@@ -161,9 +154,7 @@ def test_a_folder_that_is_gone_is_said_to_be(here: Path, capsys: Captured) -> No
     )
 
 
-def test_a_library_that_is_no_folder_is_refused_by_a_campaign_as_by_a_run(
-    here: Path, capsys: Captured
-) -> None:
+def test_campaign_refuses_a_library_that_is_no_folder(here: Path, capsys: Captured) -> None:
     """Source: `rcx run --help`, --lib: a folder."""
     said = _refused(capsys, "run", "p.st", "--lib", "nowhere")
     assert _refused(capsys, "campaign", "p.st", "--lib", "nowhere") == said
@@ -193,9 +184,7 @@ def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Ca
     assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # its own, once more
 
 
-def test_an_instance_without_a_controller_elsewhere_is_refused(
-    here: Path, capsys: Captured
-) -> None:
+def test_an_instance_needs_the_option_connect(here: Path, capsys: Captured) -> None:
     """Source: `rcx run --help`: with --connect."""
     for option in ("--input-instance", "--output-instance"):
         said = _refused(capsys, "run", "p.st", option, "99999")
@@ -229,9 +218,7 @@ def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, com
         ["mutants", "p.st", "--minutes", "nan", "--", "true"],
     ],
 )
-def test_a_number_out_of_its_range_is_refused(
-    here: Path, capsys: Captured, words: list[str]
-) -> None:
+def test_numbers_have_their_ranges(here: Path, capsys: Captured, words: list[str]) -> None:
     """Source: the help of each command."""
     assert main(words) == 2
     assert words[-3 if "--" in words else -1] in capsys.readouterr().err.replace("\n", "")
@@ -254,14 +241,12 @@ def test_a_number_out_of_its_range_is_refused(
 def test_an_empty_name_of_a_file_is_not_the_current_folder(
     here: Path, capsys: Captured, words: list[str], shown: str
 ) -> None:
-    """A variable of the shell that is not set gives one. Source: POSIX 4.13, an empty pathname."""
+    """An unset shell variable gives an empty name. Source: POSIX 4.13, an empty pathname."""
     hint = "a variable of the shell may not be set; . is the current folder"
     assert _refused(capsys, *words) == f"{shown} of a file or folder is empty; {hint}"
 
 
-def test_names_of_others_send_no_escape_sequences_to_the_terminal(
-    here: Path, capsys: Captured
-) -> None:
+def test_no_escape_sequence_reaches_the_terminal(here: Path, capsys: Captured) -> None:
     """Names of files, keys and variables come from projects, traces and archives of others.
 
     Source: ECMA-48, 5.3: ESC and the controls from 80 to 9F

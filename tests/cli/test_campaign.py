@@ -32,9 +32,7 @@ def _replays(said: str) -> list[str]:
     return [line.strip() for line in said.splitlines() if line.startswith("  rcx run ")]
 
 
-def test_a_cell_that_recovers_ends_with_0_and_no_seed_runs_twice(
-    here: Path, capsys: Captured
-) -> None:
+def test_a_cell_that_recovers_passes_and_seeds_run_once(here: Path, capsys: Captured) -> None:
     feeder(here)
     assert main(_CAMPAIGN) == 0
     said = capsys.readouterr().out
@@ -66,9 +64,7 @@ def test_a_property_that_breaks_is_replayed_by_rcx_run(here: Path, capsys: Captu
 
 
 @pytest.mark.exhaustive
-def test_a_cell_that_does_not_recover_is_found_and_results_of_others_are_redone(
-    here: Path, capsys: Captured
-) -> None:
+def test_a_cell_that_does_not_recover_is_found(here: Path, capsys: Captured) -> None:
     feeder(here)
     assert main(_CAMPAIGN) == 0
     feeder(here, latches=True)
@@ -202,9 +198,7 @@ def alive(cell):
 
 
 @pytest.mark.exhaustive
-def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
-    here: Path, capsys: Captured
-) -> None:
+def test_a_killed_worker_changes_no_result(here: Path, capsys: Captured) -> None:
     feeder(here, runs_open=True)
     mark = here / "mark"
     (here / "mine.py").write_text(_ENDS_A_WORKER.format(mark=str(mark)))
@@ -242,9 +236,7 @@ def test_the_options_of_a_cluster_are_those_of_every_command(
 
 
 @pytest.mark.exhaustive
-def test_a_property_that_does_not_come_in_time_is_found_and_judged_by_run(
-    here: Path, capsys: Captured
-) -> None:
+def test_a_late_answer_is_found_and_judged_by_run(here: Path, capsys: Captured) -> None:
     """Go while it is broken is not answered: nothing in the feeder says that it has to be."""
     feeder(here)
     late = (
@@ -293,9 +285,7 @@ def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
 
 
 @pytest.mark.exhaustive
-def test_a_sweep_names_the_moments_from_which_the_cell_does_not_recover(
-    here: Path, capsys: Captured
-) -> None:
+def test_a_sweep_names_the_moments_of_no_recovery(here: Path, capsys: Captured) -> None:
     """The latch falls only when the link is lost while the feeder runs, from 400 ms on."""
     feeder(here, latches=True)
     sweep = [*_SWEEP, "--inject", "link_down,plc_overrun", "--every", "5", "--json", "out/it.json"]

@@ -29,7 +29,7 @@ def test_the_library_keeps_its_own_rules(repository: Path, capsys: Captured) -> 
     assert "no errors, no broken rules, no warnings" in capsys.readouterr().out
 
 
-def test_every_error_is_told_and_the_exit_code_is_2(tmp_path: Path, capsys: Captured) -> None:
+def test_every_error_is_listed_and_the_exit_code_is_2(tmp_path: Path, capsys: Captured) -> None:
     body = "  a := TRUE;\n  b := 1;\n"
     file = write(tmp_path, "FB_It", block(body=body))
     assert main(["check", str(file)]) == 2
@@ -49,9 +49,7 @@ def test_a_users_file_is_warned_and_the_exit_code_is_0(tmp_path: Path, capsys: C
     assert "no broken rules, 1 warning" in out
 
 
-def test_a_file_of_the_library_breaks_a_rule_and_the_exit_code_is_1(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_broken_rule_of_the_library_exits_with_1(tmp_path: Path, capsys: Captured) -> None:
     file = write(tmp_path, "FB_Other", block())
     assert main(["check", str(file), "--lib", str(tmp_path)]) == 1
     out = capsys.readouterr().out
@@ -102,49 +100,25 @@ def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
         (block(body="  b := NOT (a = a);\n"), 5, "NOT of a comparison"),
         (block(body="  b := NOT (b AND (a < a));\n"), 5, "NOT of a comparison"),
         (block(body="  t := MID(IN := 'abc', L := 1, P := 2);\n"), 5, "MID of a literal"),
-        (
-            "FUNCTION_BLOCK FB_It\n  VAR_EXTERNAL\n    a : INT;\n  END_VAR\n  a := 1;\n"
-            "END_FUNCTION_BLOCK\n",
-            2,
-            "VAR_EXTERNAL in a block",
-        ),
-        (
-            "FUNCTION_BLOCK FB_It\n  VAR RETAIN\n    a : INT;\n  END_VAR\n  a := 1;\n"
-            "END_FUNCTION_BLOCK\n",
-            2,
-            "RETAIN in a block",
-        ),
-        (
-            "FUNCTION FC_It : INT\n  VAR_INPUT\n    a : RCX_A;\n  END_VAR\n  FC_It := 1;\n"
-            "END_FUNCTION\n",
-            3,
-            "an input of a function that is not elementary",
-        ),
-        (
-            "FUNCTION FC_It : INT\n  VAR\n    a : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n",
-            1,
-            "a function without an input",
-        ),
-        (
-            "FUNCTION FC_It : INT\n  VAR_INPUT\n    a : INT;\n  END_VAR\n"
-            "  VAR_OUTPUT\n    b : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n",
-            5,
-            "VAR_OUTPUT in a function",
-        ),
-        (
-            "TYPE\n  RCX_A : STRUCT\n    a : FB_X;\n  END_STRUCT;\nEND_TYPE\n",
-            3,
-            "a block in a structure",
-        ),
-        (
-            "TYPE\n  RCX_A : ARRAY [0..Top] OF INT;\nEND_TYPE\n",
-            2,
-            "array bounds are to be literals",
-        ),
+        ("FUNCTION_BLOCK FB_It\n  VAR_EXTERNAL\n    a : INT;\n  END_VAR\n  a := 1;\n"
+         "END_FUNCTION_BLOCK\n", 2, "VAR_EXTERNAL in a block"),
+        ("FUNCTION_BLOCK FB_It\n  VAR RETAIN\n    a : INT;\n  END_VAR\n  a := 1;\n"
+         "END_FUNCTION_BLOCK\n", 2, "RETAIN in a block"),
+        ("FUNCTION FC_It : INT\n  VAR_INPUT\n    a : RCX_A;\n  END_VAR\n  FC_It := 1;\n"
+         "END_FUNCTION\n", 3, "an input of a function that is not elementary"),
+        ("FUNCTION FC_It : INT\n  VAR\n    a : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n", 1,
+         "a function without an input"),
+        ("FUNCTION FC_It : INT\n  VAR_INPUT\n    a : INT;\n  END_VAR\n"
+         "  VAR_OUTPUT\n    b : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n", 5,
+         "VAR_OUTPUT in a function"),
+        ("TYPE\n  RCX_A : STRUCT\n    a : FB_X;\n  END_STRUCT;\nEND_TYPE\n", 3,
+         "a block in a structure"),
+        ("TYPE\n  RCX_A : ARRAY [0..Top] OF INT;\nEND_TYPE\n", 2,
+         "array bounds are to be literals"),
         ("TYPE\n  RCX_A : (A_ONE := 1, A_TWO);\nEND_TYPE\n", 2, "an enumeration with values"),
         ("TYPE\n  RCX_A : INT (0..5);\nEND_TYPE\n", 2, "a subrange"),
     ],
-)
+)  # fmt: skip
 def test_each_portability_rule_is_found(tmp_path: Path, text: str, line: int, finding: str) -> None:
     file = write(tmp_path, "It", text)
     found = lint([file], binding=True)
@@ -159,34 +133,10 @@ def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path:
 
 #: Words that edition 3 of the standard reserved and edition 2 left free, and that are no keywords
 #: here: the others end in an error before the rules are looked at.
-_NEW_WORDS = [
-    "Abstract",
-    "CHAR",
-    "Char",
-    "End_Class",
-    "END_INTERFACE",
-    "End_Method",
-    "END_NAMESPACE",
-    "Final",
-    "Internal",
-    "LDATE",
-    "Ldate_And_Time",
-    "Ldt",
-    "Ltime",
-    "LTIME_OF_DAY",
-    "Ltod",
-    "Null",
-    "Overlap",
-    "Override",
-    "Private",
-    "Protected",
-    "Public",
-    "Super",
-    "This",
-    "Using",
-    "Ustring",
-    "Wchar",
-]
+_NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Method",
+              "END_NAMESPACE", "Final", "Internal", "LDATE", "Ldate_And_Time", "Ldt", "Ltime",
+              "LTIME_OF_DAY", "Ltod", "Null", "Overlap", "Override", "Private", "Protected",
+              "Public", "Super", "This", "Using", "Ustring", "Wchar"]  # fmt: skip
 
 
 @pytest.mark.parametrize("word", _NEW_WORDS)
@@ -225,9 +175,7 @@ def test_a_name_that_only_contains_such_a_word_is_one(tmp_path: Path, word: str)
         ("'say \"hello\"'", []),
     ],
 )
-def test_escaped_quotes_are_written_by_their_code(
-    tmp_path: Path, text: str, columns: list[int]
-) -> None:
+def test_escaped_quotes_need_their_code(tmp_path: Path, text: str, columns: list[int]) -> None:
     """Some compilers end the text at the quote of `$'`.
 
     Source: IEC 61131-3:2003, 2.2.2: $' and $27 are the same character.
@@ -244,9 +192,7 @@ def test_escaped_quotes_are_written_by_their_code(
         (block() + block().replace("FB_It", "FB_Two"), "a second declaration"),
     ],
 )
-def test_the_librarys_files_have_rules_of_their_own(
-    tmp_path: Path, text: str, finding: str
-) -> None:
+def test_the_library_has_rules_of_its_own(tmp_path: Path, text: str, finding: str) -> None:
     file = write(tmp_path, "WORDS", text)
     assert any(finding in one.text for one in lint([file], library=[file], prefix="RCX_"))
     assert not any(finding in one.text for one in lint([file]))

@@ -29,7 +29,7 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_it_shows_both_sides_of_the_first_differences(trace: Path, capsys: Captured) -> None:
+def test_both_sides_of_the_first_differences_are_shown(trace: Path, capsys: Captured) -> None:
     assert main(["compare", str(trace)]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert "controller 1 is the recorded one, 2 the virtual one" in lines
@@ -45,9 +45,7 @@ def test_it_shows_both_sides_of_the_first_differences(trace: Path, capsys: Captu
     assert lines[-1] == "2 differences"
 
 
-def test_with_its_own_robot_file_there_is_no_difference(
-    trace: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_its_own_robot_file_fits_exactly(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text("servo_on_delay = 80\nhost_version = 0x0112\n", encoding="utf-8")
     assert main(["compare", str(trace), "--robot", str(robot)]) == 0
@@ -56,9 +54,7 @@ def test_with_its_own_robot_file_there_is_no_difference(
     assert main(["compare", str(trace), "--robot", str(robot)]) == 0
 
 
-def test_fit_writes_a_robot_file_on_top_of_the_old_one(
-    trace: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     old, new = tmp_path / "old.toml", tmp_path / "new.toml"
     text = "servo_on_delay = 20 # too short\njog_limit = 'normal'\n\n[points.7]\npulses = [1, 2]\n"
     old.write_text(text, encoding="utf-8")
@@ -67,14 +63,9 @@ def test_fit_writes_a_robot_file_on_top_of_the_old_one(
     assert table["differences"] == table["left"] == []
     knobs = {one["key"]: one for one in table["knobs"]}
     assert knobs["servo_on_delay"]["value"] == 80.0
-    assert knobs["host_version"] == {
-        "key": "host_version",
-        "value": 0x0112,
-        "found": True,
-        "why": knobs["host_version"]["why"],
-        "others": [],
-        "instead": [],
-    }
+    assert knobs["host_version"] == {"key": "host_version", "value": 0x0112, "found": True,
+                                     "why": knobs["host_version"]["why"], "others": [],
+                                     "instead": []}  # fmt: skip
     assert not knobs["jog_limit"]["found"]
     found = RobotConfig.load(new)
     assert (found.servo_on_delay, found.host_version) == (80.0, 0x0112)
@@ -117,9 +108,7 @@ def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: 
     assert main(["compare", str(path), "--robot", str(found)]) == 0
 
 
-def test_a_capture_of_256_bytes_is_judged_and_compared_in_all_its_words(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_capture_of_256_bytes_is_compared_whole(tmp_path: Path, capsys: Captured) -> None:
     """SOW(127), the last word, is 7 in the capture; the program that writes it is not described."""
     master = RecordedMaster(size=256, host_version=0x0112)
     short_run(master)
@@ -145,7 +134,7 @@ def test_a_capture_of_256_bytes_is_judged_and_compared_in_all_its_words(
     assert "SOW(127)" in output
 
 
-def test_what_a_person_did_is_given_as_events(tmp_path: Path, capsys: Captured) -> None:
+def test_events_explain_a_persons_actions(tmp_path: Path, capsys: Captured) -> None:
     master = RecordedMaster()
     master.run(200)
     master.happen("manual_mode")
@@ -161,8 +150,8 @@ def test_what_a_person_did_is_given_as_events(tmp_path: Path, capsys: Captured) 
     events.write_text('[[at]]\ntime = "200ms"\nrobot = "manual_mode"\n', encoding="utf-8")
     assert main(["compare", str(path), "--events", str(events)]) == 0
     for wrong, message in (
-        ('set = { "Main.Go" = true }', "sets what is no event; only time and robot"),
-        ('robot = "link_down"', "'link_down' is no event of a robot"),
+        ('set = { "Main.Go" = true }', "sets more than events; only time and robot"),
+        ('robot = "link_down"', "'link_down' is not an event of a robot"),
     ):
         events.write_text(f'[[at]]\ntime = "200ms"\n{wrong}\n', encoding="utf-8")
         assert main(["compare", str(path), "--events", str(events)]) == 2
@@ -178,7 +167,7 @@ def test_bad_input_is_one_line(trace: Path, tmp_path: Path, capsys: Captured) ->
         ([str(tmp_path / "none.pcap")], "cannot be read"),
         ([str(empty)], "nothing in it says what the PLC sent"),
         ([str(trace), "--robot", str(robot)], "the recording has areas of 48 bytes, not 256"),
-        ([str(trace), "--controller", "here"], "--controller 'here' is no IPv4 address"),
+        ([str(trace), "--controller", "here"], "--controller 'here' is not an IPv4 address"),
         ([str(trace), "--tolerance", "-1ms"], "--tolerance: not a duration"),
         ([str(trace), "--size", "50"], "an area of 50 bytes does not exist"),
     ):

@@ -27,13 +27,13 @@ NOBODY = "192.0.2.1"
 
 
 class Terminal:
-    """A standard input at which somebody sits, or nobody."""
+    """A standard input with or without a terminal."""
 
     def __init__(self, somebody: bool) -> None:
         self._somebody = somebody
 
     def isatty(self) -> bool:
-        """Does somebody sit there?"""
+        """Return whether this is a terminal."""
         return self._somebody
 
 
@@ -57,9 +57,7 @@ def test_without_anybody_to_ask_it_is_one_message(
 
 
 @pytest.mark.parametrize("answer", [True, False])
-def test_somebody_is_asked_and_only_yes_goes_on(
-    monkeypatch: pytest.MonkeyPatch, answer: bool
-) -> None:
+def test_only_the_answer_yes_goes_on(monkeypatch: pytest.MonkeyPatch, answer: bool) -> None:
     asked: list[str] = []
 
     def ask(text: str) -> bool:
@@ -89,7 +87,7 @@ def test_the_loopback_and_yes_need_no_answer(
     confirm(Elsewhere(host), yes=yes)
 
 
-def test_a_name_that_nobody_knows_is_no_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_name_is_no_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
     def unknown(host: str) -> str:
         raise OSError
 
@@ -100,16 +98,9 @@ def test_a_name_that_nobody_knows_is_no_loopback(monkeypatch: pytest.MonkeyPatch
 
 
 def test_each_option_reaches_the_connection() -> None:
-    options = RunOptions(
-        [],
-        connect="127.0.0.1:5000",
-        input_instance=101,
-        output_instance=102,
-        config_instance="104",
-        config_data="0a 0B",
-        address="127.0.0.6",
-        rpi="20ms",
-    )
+    options = RunOptions([], connect="127.0.0.1:5000", input_instance=101, output_instance=102,
+                         config_instance="104", config_data="0a 0B", address="127.0.0.6",
+                         rpi="20ms")  # fmt: skip
     arguments = options.of_cell()
     where = arguments["connect"]
     assert (where.host, where.port, where.address) == ("127.0.0.1", 5000, "127.0.0.6")
@@ -126,24 +117,21 @@ def test_each_option_reaches_the_connection() -> None:
         (["--connect", "here:x"], "--connect 'here:x' is no address"),
         (["--connect", "127.0.0.1:99999"], "is no address"),
         (["--connect", "127.0.0.1", "--robot", "r.toml"], "--robot is for a virtual controller"),
-        (["--connect", "127.0.0.1", "--from", "here"], "--from 'here' is no IPv4 address"),
+        (["--connect", "127.0.0.1", "--from", "here"], "--from 'here' is not an IPv4 address"),
         (["--connect", "127.0.0.1", "--jitter", "2ms"], "in real time the jitter is what it is"),
         (
             ["--connect", "127.0.0.1", "--config-instance", "x"],
-            "--config-instance x is no instance",
+            "--config-instance x is not an instance",
         ),
-        (["--connect", "127.0.0.1", "--config-data", "xy"], "--config-data 'xy' are no bytes"),
-        (["--connect", "127.0.0.1", "--input-instance", "0"], "0 is no instance of an assembly"),
+        (["--connect", "127.0.0.1", "--config-data", "xy"], "'xy' is not hexadecimal"),
+        (["--connect", "127.0.0.1", "--input-instance", "0"], "0 is not an instance of an"),
         (["--connect", "127.0.0.1", "--size", "64"], "an area of 64 bytes does not exist"),
         (["--connect", "127.0.0.1", "--timeout", "1m"], "cannot be asked for"),
         (["--connect", "127.0.0.1", "--m", "0", "--m", "48"], "2 offsets m, but 1 robot"),
     ],
 )
-def test_what_cannot_be_asked_for_is_one_message(
-    repository: Path,
-    capsys: Captured,
-    options: list[str],
-    message: str,
+def test_wrong_options_are_one_message(
+    repository: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2
     error = capsys.readouterr().err
@@ -156,9 +144,7 @@ def test_what_cannot_be_asked_for_is_one_message(
     not sys.platform.startswith("linux"),
     reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",
 )
-def test_the_demo_drives_a_served_controller(
-    repository: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_the_demo_drives_a_controller(repository: Path, tmp_path: Path, capsys: Captured) -> None:
     """Power-up, servo ON, program reset: as with the virtual controller in the same cell.
 
     Source: manual chapter 5, 3.1 and 3.2
@@ -225,18 +211,13 @@ class SilentScanner:
 @pytest.mark.parametrize(
     ("drops", "message"),
     [
-        (
-            "",
-            "rcx: no connection in the whole run: 127.0.0.1: packets have not come yet; does a "
-            "firewall stop UDP port 2222\n",
-        ),
-        (
-            "of a wrong length (20 bytes instead of 50)",
-            "rcx: no connection in the whole run: 127.0.0.1: no packet is taken, those that come "
-            "are of a wrong length (20 bytes instead of 50)\n",
-        ),
+        ("", "rcx: no connection in the whole run: 127.0.0.1: packets have not come yet; does a "
+         "firewall stop UDP port 2222\n"),
+        ("of a wrong length (20 bytes instead of 50)",
+         "rcx: no connection in the whole run: 127.0.0.1: no packet is taken, those that come "
+         "are of a wrong length (20 bytes instead of 50)\n"),
     ],
-)
+)  # fmt: skip
 def test_a_run_without_a_single_packet_of_the_controller_is_an_error(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, drops: str, message: str
 ) -> None:
@@ -255,7 +236,7 @@ def test_a_run_without_a_single_packet_of_the_controller_is_an_error(
     assert trace.exists(), "what was seen is written all the same"
 
 
-def test_ctrl_c_ends_the_run_with_zeros_and_all_that_was_asked_for(
+def test_ctrl_c_ends_the_run_with_zeros_and_all_outputs(
     repository: Path,
     tmp_path: Path,
     adapter: Adapter,

@@ -23,9 +23,7 @@ def _stdin(monkeypatch: pytest.MonkeyPatch, descriptor: int) -> Iterator[None]:
         yield
 
 
-def test_at_a_terminal_it_says_what_it_waits_for_and_what_to_do(
-    monkeypatch: pytest.MonkeyPatch, capfd: Captured
-) -> None:
+def test_a_terminal_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
     """Standard output stays empty: it is the client's.
 
     Source: docs/how-to/debug.md.

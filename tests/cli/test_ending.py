@@ -23,15 +23,10 @@ def _ended(
         for number in closed:
             os.close(number)
 
-    return subprocess.run(
-        [sys.executable, "-c", code, *words],
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-        preexec_fn=close if closed else None,
-        env={**os.environ, **environment},
-    )
+    return subprocess.run([sys.executable, "-c", code, *words], stdin=subprocess.DEVNULL,
+                          capture_output=True, text=True, check=False,
+                          preexec_fn=close if closed else None,
+                          env={**os.environ, **environment})  # fmt: skip
 
 
 _COMMAND = "import sys; from rcx_harness.cli.start import main; sys.exit(main())"
@@ -39,9 +34,7 @@ _COMMAND = "import sys; from rcx_harness.cli.start import main; sys.exit(main())
 
 @_NOT_ON_WINDOWS
 @pytest.mark.parametrize("closed", [(1,), (0, 1, 2)])
-def test_a_command_does_its_work_where_streams_are_closed(
-    tmp_path: Path, closed: tuple[int, ...]
-) -> None:
+def test_a_command_works_with_closed_streams(tmp_path: Path, closed: tuple[int, ...]) -> None:
     """What is printed goes nowhere: not into a file that is opened later.
 
     Source: open(2): the lowest number that is free.
@@ -74,13 +67,8 @@ def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) ->
     reader, writer = os.pipe()
     os.close(reader)
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", _COMMAND, *words],
-            stdin=subprocess.DEVNULL,
-            stdout=writer,
-            stderr=subprocess.PIPE,
-            check=False,
-        )
+        done = subprocess.run([sys.executable, "-c", _COMMAND, *words], stdin=subprocess.DEVNULL,
+                              stdout=writer, stderr=subprocess.PIPE, check=False)  # fmt: skip
     finally:
         os.close(writer)
     assert (done.returncode, done.stderr) == (141, b"")
@@ -151,7 +139,7 @@ def test_ctrl_c_that_python_wraps_is_still_ctrl_c(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (130, "rcx: interrupted\n")
 
 
-def test_where_no_file_can_be_made_the_traceback_is_shown(
+def test_the_traceback_is_shown_if_no_file_can_be_made(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Source: tempfile.mkstemp raises OSError where there is no folder for it."""

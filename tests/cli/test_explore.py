@@ -45,8 +45,7 @@ _STOPS = _PROGRAM.format(
 )
 #: SI(01) changes in every scan.
 _FLICKERS = _PROGRAM.format(
-    variables="On : BOOL;",
-    body="On := NOT On;\n  OutputArea[32] := SEL(On, BYTE#0, BYTE#2);",
+    variables="On : BOOL;", body="On := NOT On;\n  OutputArea[32] := SEL(On, BYTE#0, BYTE#2);"
 )
 _ROBOT = """PROGRAM Robot
   VAR
@@ -95,9 +94,7 @@ def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Cap
     assert "explored to the end: 7 states" in capsys.readouterr().out
 
 
-def test_an_input_without_values_stays_as_it_begins_and_that_is_said(
-    folder: Path, capsys: Captured
-) -> None:
+def test_an_input_without_values_stays_and_is_named(folder: Path, capsys: Captured) -> None:
     assert main(["explore", _written(folder, _LATE), "--input", "Main.Key"]) == 0
     assert "Main.Button stays as it begins (--input Main.Button" in capsys.readouterr().out
 
@@ -111,7 +108,7 @@ def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> No
         assert "explored to the end" not in said
 
 
-def test_what_is_always_to_hold_is_broken_by_a_shortest_run(folder: Path, capsys: Captured) -> None:
+def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured) -> None:
     """By hand: one input changes in a scan, then 300 ms pass, in scans of 100 ms."""
     file = _written(folder, _LATE)
     always = "NOT (Main.Green AND Button)"
@@ -142,10 +139,8 @@ switches = ["Main.Key"]
 @pytest.mark.parametrize(
     ("demanded", "broken"),
     [
-        (
-            '[[always]]\nname = "dark"\nthat = "NOT (Main.Green AND Main.Button)"\n',
-            "BROKEN in scan 5, at 400 ms|always dark: NOT (Main.Green AND Main.Button) is not so",
-        ),
+        ('[[always]]\nname = "dark"\nthat = "NOT (Main.Green AND Main.Button)"\n',
+         "BROKEN in scan 5, at 400 ms|always dark: NOT (Main.Green AND Main.Button) is not so"),
         (  # the lamp is due at 200 ms, in scan 3
             '[[eventually]]\nname = "lit"\nafter = "Main.Button AND Main.Key"\n'
             'that = "Main.Green"\nwithin = "100ms"\n',
@@ -156,14 +151,11 @@ switches = ["Main.Key"]
             'that = "Main.Green"\nwithin = "200ms"\n',
             "BROKEN in scan 5, at 400 ms|has not come within 200 ms; Main.Green = FALSE",
         ),
-        (
-            '[[eventually]]\nafter = "Main.Button AND Main.Key"\n'
-            'that = "Main.Green OR NOT Main.Button OR NOT Main.Key"\nwithin = "200ms"\n',
-            "",
-        ),
+        ('[[eventually]]\nafter = "Main.Button AND Main.Key"\n'
+         'that = "Main.Green OR NOT Main.Button OR NOT Main.Key"\nwithin = "200ms"\n', ""),
     ],
-)
-def test_what_a_file_demands_is_judged_and_rcx_run_shows_it(
+)  # fmt: skip
+def test_a_demand_of_a_file_is_judged_and_run_again(
     folder: Path, capsys: Captured, demanded: str, broken: str
 ) -> None:
     (folder / "mine.toml").write_text(_LATE_DEMANDS + demanded)
@@ -192,9 +184,7 @@ def test_a_demand_may_name_the_scan_before(folder: Path, capsys: Captured) -> No
     assert "BROKEN in scan 3, at 200 ms" in capsys.readouterr().out
 
 
-def test_the_values_of_an_operator_are_inputs_and_an_option_goes_before(
-    folder: Path, capsys: Captured
-) -> None:
+def test_operator_values_are_inputs_and_options_win(folder: Path, capsys: Captured) -> None:
     operator = 'buttons = ["Main.Button"]\nvalues = { "Main.Count" = [0, 2] }\n'
     (folder / "mine.toml").write_text(f"[operator]\n{operator}")
     command = ["explore", _written(folder, _COUNT), "--properties", "mine.toml"]
@@ -251,7 +241,7 @@ def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys:
     assert "interval: " in capsys.readouterr().out
 
 
-def test_a_program_that_stops_is_told_with_its_line(folder: Path, capsys: Captured) -> None:
+def test_a_program_that_stops_is_reported_with_its_line(folder: Path, capsys: Captured) -> None:
     """By hand: the third press leaves the array of two."""
     file = _written(folder, _STOPS)
     assert main(["explore", file, "--input", "Main.Button"]) == 1
@@ -264,32 +254,21 @@ def test_a_program_that_stops_is_told_with_its_line(folder: Path, capsys: Captur
 @pytest.mark.parametrize(
     ("variables", "body"),
     [
-        (
-            "On : FB_ServoOn; Move : FB_MovePtp;",
-            "On(Robot := Robot, Execute := Go, Timeout := T#500ms);\n"
-            "  Move(Robot := Robot, Execute := On.Done, Point := 1, Timeout := T#500ms);",
-        ),
-        (
-            "Up : FB_PowerUp; Port : FB_WriteIoPortBit;",
-            "Up(Robot := Robot, Execute := Go, Timeout := T#1s);\n"
-            "  Port(Robot := Robot, Execute := Back, PortNumber := 2, Timeout := T#1s);",
-        ),
-        (
-            "Stop : FB_EmergencyStop; Up : FB_ServoOnFromEmergencyStop;",
-            "Stop(Robot := Robot, Execute := Go);\n  Up(Robot := Robot, Execute := Back);",
-        ),
-        (
-            "Jog : FB_Jog; Reset : FB_AlarmReset; Pulse : TP; Off : TOF; Ups : CTU;",
-            "Pulse(IN := Go, PT := T#200ms);\n  Off(IN := Pulse.Q, PT := T#300ms);\n"
-            "  Ups(CU := Off.Q, R := Back, PV := 2);\n"
-            "  Jog(Robot := Robot, Enable := Pulse.Q);\n"
-            "  Reset(Robot := Robot, Execute := Ups.Q);",
-        ),
+        ("On : FB_ServoOn; Move : FB_MovePtp;",
+         "On(Robot := Robot, Execute := Go, Timeout := T#500ms);\n"
+         "  Move(Robot := Robot, Execute := On.Done, Point := 1, Timeout := T#500ms);"),
+        ("Up : FB_PowerUp; Port : FB_WriteIoPortBit;",
+         "Up(Robot := Robot, Execute := Go, Timeout := T#1s);\n"
+         "  Port(Robot := Robot, Execute := Back, PortNumber := 2, Timeout := T#1s);"),
+        ("Stop : FB_EmergencyStop; Up : FB_ServoOnFromEmergencyStop;",
+         "Stop(Robot := Robot, Execute := Go);\n  Up(Robot := Robot, Execute := Back);"),
+        ("Jog : FB_Jog; Reset : FB_AlarmReset; Pulse : TP; Off : TOF; Ups : CTU;",
+         "Pulse(IN := Go, PT := T#200ms);\n  Off(IN := Pulse.Q, PT := T#300ms);\n"
+         "  Ups(CU := Off.Q, R := Back, PV := 2);\n" "  Jog(Robot := Robot, Enable := Pulse.Q);\n"
+         "  Reset(Robot := Robot, Execute := Ups.Q);"),
     ],
-)
-def test_states_of_programs_with_blocks_are_told_apart(
-    folder: Path, variables: str, body: str
-) -> None:
+)  # fmt: skip
+def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body: str) -> None:
     """One scan of each state is repeated with anything in what the state leaves out."""
     file = _written(folder, _ROBOT.format(variables=variables, body=body))
     inputs: dict[str, list[str]] = {"Main.Go": [], "Main.Back": []}
@@ -301,7 +280,7 @@ def test_states_of_programs_with_blocks_are_told_apart(
 
 @pytest.fixture
 def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The numbers of what is given to workers, who begin at once."""
+    """The numbers of the items that go to the workers, which begin at once."""
     numbers: list[int] = []
     give = LocalCrew.give
 
@@ -319,22 +298,13 @@ def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     ("program", "words", "code", "said"),
     [
         (_COUNT, ["--input", "Main.Button"], 0, "explored to the end"),
-        (
-            _LATE,
-            ["--input", "Main.Button", "--input", "Main.Key", "--always", "NOT Green"],
-            1,
-            "BROKEN in scan 5",
-        ),
-        (
-            _ROBOT.format(
-                variables="On : FB_ServoOn;", body="On(Robot := Robot, Execute := Go AND NOT Back);"
-            ),
-            ["--input", "Main.Go", "--input", "Main.Back", "--bound", "60"],
-            0,
-            "BOUND REACHED",
-        ),
+        (_LATE, ["--input", "Main.Button", "--input", "Main.Key", "--always", "NOT Green"], 1,
+         "BROKEN in scan 5"),
+        (_ROBOT.format(variables="On : FB_ServoOn;",
+                       body="On(Robot := Robot, Execute := Go AND NOT Back);"),
+         ["--input", "Main.Go", "--input", "Main.Back", "--bound", "60"], 0, "BOUND REACHED"),
     ],
-)
+)  # fmt: skip
 def test_the_number_of_workers_changes_nothing(
     folder: Path,
     capsys: Captured,
@@ -360,7 +330,7 @@ def test_the_number_of_workers_changes_nothing(
 def test_ctrl_c_ends_it_and_its_workers(
     folder: Path, capsys: Captured, given: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It comes while workers take steps; `cli.start` says its one line."""
+    """Ctrl-C comes while workers take steps; `cli.start` prints the line."""
     ended = LocalCrew.ended
 
     def with_ctrl_c(self: LocalCrew) -> Iterator[Any]:
@@ -413,7 +383,7 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
         (["--input", "Main.Count=99999"], "99999"),
         (["--input", "Main.Button", "--input", "main.button"], "is given twice"),
         (["--always", "Nothing = 1"], "'Nothing = 1' cannot be checked"),
-        (["--always", " "], "is no expression"),
+        (["--always", " "], "is not an expression"),
         (["--size", "50"], "an area of 50 bytes does not exist"),
     ],
 )
@@ -429,7 +399,10 @@ def test_bad_input_ends_with_2(
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("Count : INT;", "Count : INT; p : POINTER TO INT;"), "cannot be told apart"),
+        (
+            ("Count : INT;", "Count : INT; p : POINTER TO INT;"),
+            "a variable of type POINTER TO INT cannot be explored",
+        ),
         (("Count : INT;", "Count : INT; A, B : RCX_REF;"), "the program has 2 robots"),
         (("IF Button", "IF TIME() > T#1s AND Button"), "reads the time"),
     ],

@@ -65,7 +65,7 @@ def test_no_worker_at_all_is_refused(app: typer.Typer) -> None:
         ({"cluster": "here"}, "no such address"),
     ],
 )
-def test_what_does_not_go_together_is_refused(options: dict[str, Any], message: str) -> None:
+def test_options_that_exclude_each_other_are_refused(options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=re.escape(message)):
         FarmOptions(**options).farm(Console())
 

@@ -1,4 +1,4 @@
-"""Ctrl-C while the processes of `--link enip` and `rcx serve` start up: one line, nobody stays."""
+"""Ctrl-C while `--link enip` or `rcx serve` starts: one line, and no process is left."""
 
 from __future__ import annotations
 
@@ -89,8 +89,6 @@ def test_ctrl_c_while_a_network_starts_is_one_line(
 
 @pytest.mark.exhaustive(but=["rcx_harness.enip.cyclic.process--"])
 @pytest.mark.parametrize(("who", "where"), _CASES)
-def test_ctrl_c_while_a_served_controller_starts_is_its_end(
-    tmp_path: Path, who: str, where: str
-) -> None:
+def test_ctrl_c_ends_a_start_of_a_server(tmp_path: Path, who: str, where: str) -> None:
     (address,) = own_addresses(1)
     assert _interrupted(tmp_path, who, where, "serve", "--address", address) == (0, "")

@@ -1,4 +1,4 @@
-"""`rcx mutants`: what a user's tests find, what they leave, and what is kept of it."""
+"""`rcx mutants`: the mistakes that a user's tests find, the survivors, and the saved outcomes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.cli.start import INTERRUPTED
-from structured_text.mutants.sessions import Judge, Run
+from structured_text.mutants.sessions import Judge, PytestCommand
 from structured_text.mutants.user import UserMutants
 from structured_text.output.results import Results
 
@@ -74,13 +74,8 @@ def test_it_is_not_green_without_a_key(cell):
 
 #: Of line 7 the tests see TRUE and TRUE, FALSE and TRUE: the key may be left out. Of line 11 they
 #: see 0 to 3; line 12 is run by none of them.
-_SURVIVORS = {
-    (7, "Green := Button;"),
-    (11, "IF Count >= 5 THEN"),
-    (11, "IF Count > 6 THEN"),
-    (11, "IF Count > 4 THEN"),
-    (11, "IF FALSE THEN"),
-}
+_SURVIVORS = {(7, "Green := Button;"), (11, "IF Count >= 5 THEN"), (11, "IF Count > 6 THEN"),
+              (11, "IF Count > 4 THEN"), (11, "IF FALSE THEN")}  # fmt: skip
 
 
 @pytest.fixture
@@ -115,7 +110,9 @@ def _survivors() -> set[tuple[int, str]]:
 
 
 @pytest.mark.exhaustive
-def test_survivors_are_told_and_a_better_test_finds_them(project: Path, capsys: Captured) -> None:
+def test_survivors_are_listed_until_a_better_test_finds_them(
+    project: Path, capsys: Captured
+) -> None:
     command = ["mutants", "plc", "--json", "found.json", "--", "pytest", "-q"]
     before = {path for path in project.rglob("*") if "__pycache__" not in path.parts}
     assert main(command) == 1
@@ -171,7 +168,7 @@ def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys
 def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
     project: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It comes while the third outcome is kept."""
+    """Ctrl-C comes while the third outcome is saved."""
     command = ["mutants", "plc", "--json", "found.json", "--workers", "1", "--", "pytest"]
     kept, add = Path(".rcx/mutants.jsonl"), Results.add
 
@@ -197,7 +194,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
 def test_a_process_of_its_own_judges_as_a_copy_does(
     project: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    run = Run.of(["pytest"], project)
+    run = PytestCommand.of(["pytest"], project)
     mutants = UserMutants(source_files("plc"), run)
     tests = mutants.baseline()
     tasks, unreached = mutants.tasks(tests)

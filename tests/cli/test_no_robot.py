@@ -33,9 +33,7 @@ def motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "motor.st"
 
 
-def test_a_program_without_areas_runs_and_all_pictures_are_drawn(
-    motor: str, capsys: Captured
-) -> None:
+def test_a_program_without_areas_runs_with_all_pictures(motor: str, capsys: Captured) -> None:
     """The motor is on from the scan at 100 ms on, the count is 3 two scans later."""
     files = ["--trace", "t.jsonl", "--chart", "c.svg", "--vcd", "w.vcd", "--view", "v.html"]
     options = ["--stimulus", "s.toml", "--watch", "Main.*", "--show", "--engine", "builtin"]
@@ -54,7 +52,7 @@ def test_a_program_without_areas_runs_and_all_pictures_are_drawn(
     assert main(["view", "t.jsonl", "-o", "again.html"]) == 0
 
 
-def test_what_has_to_hold_is_judged_and_coverage_counted(motor: str, capsys: Captured) -> None:
+def test_properties_and_coverage_work_without_a_robot(motor: str, capsys: Captured) -> None:
     options = ["--stimulus", "s.toml", "--for", "1s", "--properties", "p.toml", "--coverage"]
     assert main(["run", motor, "--no-robot", *options]) == 1
     out = capsys.readouterr().out
@@ -62,9 +60,7 @@ def test_what_has_to_hold_is_judged_and_coverage_counted(motor: str, capsys: Cap
     assert "75.0 % 3/4" in out, "the motor is never stopped"
 
 
-def test_without_areas_and_robot_options_the_message_says_what_to_do(
-    motor: str, capsys: Captured
-) -> None:
+def test_missing_areas_are_reported_with_what_to_do(motor: str, capsys: Captured) -> None:
     assert main(["run", motor, "--engine", "builtin"]) == 2
     said = capsys.readouterr().err
     assert "declare InputArea and OutputArea" in said
@@ -85,6 +81,12 @@ def test_without_areas_and_robot_options_the_message_says_what_to_do(
         ("run", "--from=127.0.0.1"),
         ("explore", "--faults=link"),
         ("explore", "--size=256"),
+        ("run", "--size=48"),
+        ("run", "--link=direct"),
+        ("run", "--m=0"),
+        ("run", "--rpi=10ms"),
+        ("explore", "--faults=link,alarm,abnormal"),
+        ("explore", "--n=0"),
     ],
 )
 def test_an_option_for_a_robot_is_refused(
@@ -97,9 +99,7 @@ def test_an_option_for_a_robot_is_refused(
 
 
 @pytest.mark.parametrize("key", ['robot = "alarm"', 'hold = "SO02"', 'area = "00"'])
-def test_a_stimulus_for_a_robot_is_refused_with_its_line(
-    motor: str, capsys: Captured, key: str
-) -> None:
+def test_a_stimulus_for_a_robot_is_refused(motor: str, capsys: Captured, key: str) -> None:
     Path("r.toml").write_text(f'at = [\n  {{ time = "1s", {key} }},\n]\n')
     assert main(["run", motor, "--no-robot", "--stimulus", "r.toml"]) == 2
     told = f"r.toml:2: {key.partition(' ')[0]!r} is for a robot, and there is none"
@@ -118,7 +118,7 @@ def test_all_states_of_a_program_alone_are_explored(motor: str, capsys: Captured
     assert "controller" not in out
 
 
-def test_what_an_exploration_finds_runs_again(motor: str, capsys: Captured) -> None:
+def test_a_counterexample_runs_again(motor: str, capsys: Captured) -> None:
     options = ["--input", "Main.Start", "--properties", "p.toml", "--workers", "0"]
     assert main(["explore", motor, "--no-robot", *options]) == 1
     out = capsys.readouterr().out
@@ -126,6 +126,29 @@ def test_what_an_exploration_finds_runs_again(motor: str, capsys: Captured) -> N
     line = next(one.split() for one in out.splitlines() if one.startswith("  rcx run "))
     assert main(line[1:]) == 1
     assert "violation at 200 ms: plc, scan 3: property" in capsys.readouterr().out
+
+
+def test_a_program_alone_is_proved_or_refuted_and_what_refutes_it_runs_again(
+    motor: str, capsys: Captured
+) -> None:
+    """Start and Stop are the inputs; Stop wins, and with Start alone the count reaches 3."""
+    assertion = "(* prove: NOT (Stop AND Motor) *)\nEND_PROGRAM"
+    Path(motor).write_text(_MOTOR.replace("END_PROGRAM", assertion), encoding="utf-8")
+    assert main(["prove", motor, "--no-robot"]) == 0
+    out = capsys.readouterr().out
+    assert "inputs, each of any value in each scan: Main.Start, Main.Stop\n" in out
+    assert "2 properties: 2 proved, 0 refuted, 0 unknown" in out  # the sum fits, too
+    Path(motor).write_text(_MOTOR.replace("END_PROGRAM", "(* prove: Count < 3 *)\nEND_PROGRAM"))
+    assert main(["prove", motor, "--no-robot"]) == 1
+    out = capsys.readouterr().out
+    assert "refuted: assert motor.st:5: after 3 scans of 10 ms" in out
+    line = next(one.split() for one in out.splitlines() if one.startswith("  rcx run "))
+    assert main([*line[1:], "--watch", "Main.Count", "--trace", "t.jsonl"]) == 0
+    _, records = read_trace("t.jsonl")
+    last = [one.vars for one in records if isinstance(one, Scan) and one.vars][-1]
+    assert last == {"Main.Count": 3}
+    assert main(["prove", motor]) == 2
+    assert "--no-robot" in capsys.readouterr().err
 
 
 def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
@@ -136,6 +159,8 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
         launched({**launch, "noRobot": "yes"}, [])
     with pytest.raises(InputError, match="--rpi is for a robot"):
         launched({**launch, "noRobot": True, "rpi": "20ms"}, [])
+    with pytest.raises(InputError, match="--rpi is for a robot"):
+        launched({**launch, "rpi": "10ms"}, [], alone=True)
     for machine in (
         launched({**launch, "noRobot": True}, []).machine,
         launched(launch, [], alone=True).machine,
@@ -146,9 +171,7 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
         machine.close()
 
 
-def test_mutants_of_a_program_alone_are_judged_by_tests_on_a_bench(
-    motor: str, tmp_path: Path
-) -> None:
+def test_tests_on_a_bench_judge_mutants_of_a_program(motor: str, tmp_path: Path) -> None:
     """The motor that is the button, or nothing else, is seen by a test that presses it."""
     (tmp_path / "motor.st").write_text(
         "PROGRAM Main\n  VAR Start, Motor : BOOL; END_VAR\n  Motor := Start;\nEND_PROGRAM\n"

@@ -37,7 +37,7 @@ def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
 
 @pytest.fixture
 def types(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
-    """Somebody at the terminal, who types these words, then Enter for ever."""
+    """A user at the terminal who types these words, and Enter from then on."""
 
     def typing(*words: str) -> list[str]:
         left, asked = list(words), []
@@ -63,7 +63,7 @@ def test_the_list_has_every_question_and_sends_nothing(capsys: Captured) -> None
     assert "free-axes              Would let an axis go free, which may fall." in out
 
 
-def test_each_step_is_confirmed_and_only_what_is_confirmed_is_asked(
+def test_only_confirmed_steps_are_asked(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     asked = types("yes", "y", "n")
@@ -81,7 +81,6 @@ def test_each_step_is_confirmed_and_only_what_is_confirmed_is_asked(
     assert (tmp_path / "mine.md").read_text(encoding="utf-8").startswith("# Probe of RCX340")
     assert (tmp_path / "mine.jsonl").is_file()
     assert line.closed
-
     assert main(["probe", "192.168.0.10", *only, *given]) == 2
     assert "is there already; name another one with --out" in capsys.readouterr().err
 
@@ -94,7 +93,6 @@ def test_motion_takes_the_word_move_for_each_step(
     assert main(["probe", "192.168.0.10", *options]) == 0
     assert load_toml(tmp_path / "a.toml")["rule"]
     assert line.controller.machine.data.accumulated.motor_power_on_count == 0
-
     types("yes", "move")
     line.__init__(RobotConfig())  # type: ignore[misc]
     options[-1] = str(tmp_path / "b")
@@ -102,7 +100,7 @@ def test_motion_takes_the_word_move_for_each_step(
     assert line.controller.machine.data.accumulated.motor_power_on_count == 1
 
 
-def test_who_does_not_agree_to_the_safety_text_does_nothing(
+def test_without_agreement_nothing_is_done(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     types("no")
@@ -157,9 +155,7 @@ def test_bad_input_is_one_line(
 
 
 @pytest.mark.exhaustive
-def test_over_the_network_it_reads_what_the_served_controller_is(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_probe_over_the_network_reads_the_controller(tmp_path: Path, capsys: Captured) -> None:
     (address,) = own_addresses(1)
     robot = tmp_path / "robot.toml"
     robot.write_text("host_version = 0x0112\n", encoding="utf-8")

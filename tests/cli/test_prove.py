@@ -64,7 +64,7 @@ def test_a_run_that_breaks_it_is_written_and_ends_with_1(lamp: Path, capsys: Cap
         (["--limit", "0s"], "--limit of 0 s is too short"),
         (["--scan", "0ms"], "--scan of 0 s is too short"),
         (["--json", "Lamp.st"], "Lamp.st: is there already, and is not what this command writes"),
-        (["--lib", "none"], "--lib none is no folder"),
+        (["--lib", "none"], "--lib none is not a folder"),
     ],
 )
 def test_bad_input_ends_with_2(

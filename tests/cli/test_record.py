@@ -38,9 +38,7 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_it_captures_both_ports_with_and_without_a_vlan_tag(
-    tools: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_both_ports_are_captured_with_vlan(tools: Path, tmp_path: Path, capsys: Captured) -> None:
     """44818 and 2222 are those of EtherNet/IP (volume 2, chapter 2)."""
     file = tmp_path / "cell.pcapng"
     assert main(["record", str(file), "--interface", "eth0", "--for", "1.5s"]) == 0
@@ -82,12 +80,12 @@ def test_hosts_and_ports_can_be_chosen(tools: Path, tmp_path: Path) -> None:
     [
         (["--interface", "eth9"], 'cannot capture at eth9: There is no device named "eth9"'),
         ([], "--interface is missing; there are: eth0, lo (Loopback)"),
-        (["--interface", "eth0", "--host", "robot"], "--host 'robot' is no IPv4 address"),
+        (["--interface", "eth0", "--host", "robot"], "--host 'robot' is not an IPv4 address"),
         (["--interface", "eth0", "--for", "long"], "--for: not a duration"),
     ],
 )
 @pytest.mark.usefixtures("tools")
-def test_where_nothing_can_be_captured_it_says_why(
+def test_a_failed_capture_says_why(
     tmp_path: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["record", str(tmp_path / "cell.pcapng"), *options]) == 2

@@ -63,7 +63,7 @@ def test_the_demanded_coverage_decides_the_exit_code(run: Run, capsys: Captured)
     assert "66.6 %, FAIL: at least 100 % is demanded" in capsys.readouterr().out
 
 
-def test_the_library_counts_where_it_is_asked_for(run: Run, capsys: Captured) -> None:
+def test_the_library_counts_on_request(run: Run, capsys: Captured) -> None:
     assert run("--for", "50ms", "--coverage", "--coverage-out=cov", "--coverage-library") == 0
     assert "lib/FB_Blink.st" in capsys.readouterr().out
     assert Path("cov/lib-FB_Blink.html").is_file()
@@ -76,25 +76,17 @@ def test_the_library_counts_where_it_is_asked_for(run: Run, capsys: Captured) ->
         (["--cover-fail-under=90"], "--cover-fail-under: no coverage is counted; add --coverage"),
         (["--coverage-out=x"], "--coverage-out: no coverage is counted; add --coverage"),
         (["--coverage-library"], "--coverage-library: no coverage is counted; add --coverage"),
-        (
-            ["--coverage", "--cover-fail-under=-1"],
-            "--cover-fail-under is -1; give a percentage from 0 to 100",
-        ),
-        (
-            ["--coverage", "--engine=matiec"],
-            "coverage is counted by the built-in engine; leave out --engine matiec, or --coverage",
-        ),
-        (
-            ["--coverage", "--coverage-out=Lamp.st"],
-            "Lamp.st: is no folder; name another for the coverage",
-        ),
-        (
-            ["--coverage", "--coverage-out=mine"],
-            "mine/coverage.xml: is there already, and is no coverage report; nothing was written; "
-            "name another folder, or remove this file",
-        ),
+        (["--coverage", "--cover-fail-under=-1"],
+         "--cover-fail-under is -1; give a percentage from 0 to 100"),
+        (["--coverage", "--engine=matiec"],
+         "coverage is counted by the built-in engine; leave out --engine matiec, or --coverage"),
+        (["--coverage", "--coverage-out=Lamp.st"],
+         "Lamp.st: is not a folder; name another for the coverage"),
+        (["--coverage", "--coverage-out=mine"],
+         "mine/coverage.xml: is there already, and is not a coverage report; nothing was written; "
+         "name another folder, or remove this file"),
     ],
-)
+)  # fmt: skip
 def test_bad_input_is_one_line_before_the_run(
     run: Run, capsys: Captured, options: list[str], message: str
 ) -> None:
@@ -105,7 +97,7 @@ def test_bad_input_is_one_line_before_the_run(
     assert Path("mine/coverage.xml").read_text() == "<mine/>"
 
 
-def test_a_source_that_changes_during_the_run_is_told(
+def test_a_source_changed_during_the_run_is_reported(
     run: Run, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
     from rcx_harness.cell import Cell

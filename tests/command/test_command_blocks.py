@@ -194,10 +194,7 @@ def test_every_value_of_every_field_can_be_sent(
 def test_illegal_pins_end_in_an_error_and_send_nothing(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Just beyond each limit and far beyond it; the next legal edge works.
-
-    Source: docs/reference/errors.md, 16#8040 to 16#8047.
-    """
+    """Source: docs/reference/errors.md, 16#8040 to 16#8047."""
     for pins, error in reading.refused(chance):
         plc.set({**pins, "Execute": True})
         plc.scan()
@@ -233,14 +230,12 @@ def test_the_inputs_are_sampled_on_the_rising_edge(
         plc.scan_until(lambda: plc.words[0] != 0, most=3)
         _check(reading, first, plc.words)
         plc.set(reading.draw(chance))
-        plc.answer(0x0100)
-        plc.scan(2)
+        plc.answer(0x0100, scans=2)
         _check(reading, first, plc.words)
         plc.end()
         for illegal, _error in islice(reading.refused(chance), 1):
             plc.set(illegal)
-        plc.answer(0)
-        plc.scan(3)
+        plc.answer(0, scans=3)
         assert plc.shown == ["Done"]
         plc.finish()
 
@@ -255,16 +250,14 @@ def test_the_outputs_show_the_response(
         got = answered(block, chance)
         plc.send(pins)
         plc.set(reading.draw(chance))
-        plc.answer(0x0100, [0xFFFF] * 15)
-        plc.scan()
+        plc.answer(0x0100, [0xFFFF] * 15, scans=1)
         assert plc.shown == ["Busy", "Active"]
         _compare(plc, before)
         expected = shown(block, reading.fields(pins), got)
         plc.end(response=in_words(block, got, chance))
         assert plc.shown == ["Done"]
         _compare(plc, expected)
-        plc.answer(0, [0xFFFF] * 15)
-        plc.scan()
+        plc.answer(0, [0xFFFF] * 15, scans=1)
         plc.finish()
         assert plc.shown == []
         _compare(plc, expected)
@@ -300,10 +293,7 @@ def _compare(plc: CommandBench, expected: Pins) -> None:
 def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """An edge while the block is busy, and pins that change while Execute stays, are nothing.
-
-    Source: design of the library, 3: inputs are sampled on the rising edge.
-    """
+    """Source: design of the library, 3: inputs are sampled on the rising edge."""
     limits = [timedelta(seconds=number) for number in (11, 12, 13)]
     for first in _draws(reading, chance, 3):
         other = _another(reading, chance, first)

@@ -17,18 +17,14 @@ from structured_text.output.units import parse_us
 
 @pytest.mark.parametrize("name", list(BLOCKS))
 def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> None:
-    """All inputs are sampled on the edge, Timeout too; Execute may fall, and rise, before the turn.
-
-    Source: design of the library, 3: sampled on the rising edge.
-    """
+    """Source: design of the library, 3: sampled on the rising edge."""
     plc, chance = bench_of(name, "builtin"), random.Random(name)
     reading = Reading(BLOCKS[name])
     first = reading.draw(chance)
     plc.scan()
     assert plc.pin("Timeout") == timedelta(microseconds=parse_us(BLOCKS[name].timeout))
     expected = plc.exchange(first)
-    plc["Rival.Code"], plc["Rival.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501)
+    plc.give("Rival", 0x0501)
     plc.set({**first, "Timeout": "T#100ms", "Execute": True})
     plc.scan()
     for _ in range(3):
@@ -71,8 +67,7 @@ def test_done_is_shown_for_one_scan_where_execute_has_fallen(name: str) -> None:
     plc = bench_of(name, "builtin")
     plc.send({})
     plc.set({"Execute": False})
-    plc.answer(0x0100)
-    plc.scan(2)
+    plc.answer(0x0100, scans=2)
     plc.end()
     assert plc.shown == ["Done"]
     plc.scan()
@@ -97,10 +92,7 @@ def test_a_kind_that_the_guide_does_not_have_shows_nothing(
 
 
 def test_an_abnormal_end_brings_no_servo_states() -> None:
-    """Its words are no states, even where they look like some.
-
-    Source: remote command guide 1.1: 0x4000, alarm group and alarm category.
-    """
+    """Source: remote command guide 1.1: 0x4000, alarm group and alarm category."""
     plc = bench_of("FB_ReadServoStatus", "builtin")
     plc.send({})
     plc.end(0x4000, [1, 1, 2, 9, 1, 2, 9])

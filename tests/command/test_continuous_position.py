@@ -5,9 +5,7 @@ from __future__ import annotations
 import pytest
 
 from jog_bench import jog_plc
-from plc_bench import ROOT, PlcBench
-
-PROGRAM = ROOT / "tests/data/library/Levels.st"
+from plc_bench import PlcBench
 
 #: m+2 to m+30 of the manual's example in pulses: axis 1 = 20001, axis 3 = -12345.
 PULSES = [0, 0, 0, 0x4E21, 0, 0, 0, 0xCFC7, 0xFFFF]
@@ -33,13 +31,11 @@ def test_positions_come_with_the_command_run_status_in_every_scan() -> None:
     """Source: remote command guide 4.7.4, continuous output mode, and its example."""
     plc = jog_plc()
     _reading(plc)
-    plc.answer(0x0100, PULSES)
-    plc.scan()
+    plc.answer(0x0100, PULSES, scans=1)
     assert plc["Position.Valid"]
     assert not plc["Position.Busy"]
     assert plc["Position.Pulses"] == [20001, 0, -12345, 0, 0, 0]
-    plc.answer(0x0100, [*PULSES[:3], 0x4E22, *PULSES[4:]])
-    plc.scan()
+    plc.answer(0x0100, [*PULSES[:3], 0x4E22, *PULSES[4:]], scans=1)
     assert plc["Position.Pulses"][0] == 20002
     assert plc.words[0] == 0x0505
 
@@ -53,13 +49,11 @@ def test_millimetres_come_with_hand_and_arm_rotation() -> None:
     _reading(plc, Unit="UNIT_MM")
     assert plc.words[:2] == [0x0506, 0x0001]
     flags = 0x2 << 1 | 0x1 << 3 | 0xF << 7
-    plc.answer(0x0100, [0, 0, flags, *PULSES[3:]])
-    plc.scan()
+    plc.answer(0x0100, [0, 0, flags, *PULSES[3:]], scans=1)
     assert plc["Position.PositionMm"] == pytest.approx([20.001, 0, -12.345, 0, 0, 0])
     assert plc["Position.HandSystem"] == "HAND_LEFT"
     assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (1, -1)
-    plc.answer(0x0100, [0, 0, 0x2 | 0x2 << 3, *PULSES[3:]])
-    plc.scan()
+    plc.answer(0x0100, [0, 0, 0x2 | 0x2 << 3, *PULSES[3:]], scans=1)
     assert plc["Position.HandSystem"] == "HAND_RIGHT"
     assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (0, 0), "2 means 0"
 
@@ -68,11 +62,9 @@ def test_a_robot_without_hand_systems_shows_none() -> None:
     """Source: remote command guide 4.7.4, millimeter units: bits 2-1 are 0."""
     plc = jog_plc()
     _reading(plc, Unit="UNIT_MM")
-    plc.answer(0x0100, [0, 0, 0x2, *PULSES[3:]])
-    plc.scan()
+    plc.answer(0x0100, [0, 0, 0x2, *PULSES[3:]], scans=1)
     assert plc["Position.HandSystem"] == "HAND_RIGHT"
-    plc.answer(0x0100, PULSES)
-    plc.scan()
+    plc.answer(0x0100, PULSES, scans=1)
     assert plc["Position.HandSystem"] == "HAND_NONE"
 
 
@@ -80,10 +72,8 @@ def test_the_status_reset_command_stops_it() -> None:
     """Source: remote command guide 4.7.4: it stops at the status initializing command 0x0000."""
     plc = jog_plc()
     _reading(plc)
-    plc.answer(0x0100, PULSES)
-    plc.scan()
-    plc["Position.Enable"] = False
-    plc.scan()
+    plc.answer(0x0100, PULSES, scans=1)
+    plc.change("Position.Enable", to=False)
     assert plc.words[0] == 0
     assert not plc["Position.Valid"]
     assert not plc["Position.Error"]
@@ -99,22 +89,18 @@ def test_the_status_reset_command_stops_it() -> None:
 def test_a_block_that_is_not_called_any_more_ends_the_output_and_frees_the_channel() -> None:
     plc = jog_plc()
     _reading(plc)
-    plc.answer(0x0100, PULSES)
-    plc.scan()
-    plc["CallPosition"] = False
-    plc.scan()
+    plc.answer(0x0100, PULSES, scans=1)
+    plc.change("CallPosition", to=False)
     assert plc.words[0] == 0
     plc.answer(0)
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=5)
+    plc.give("First", 0x0501, most=5)
 
 
 def test_the_continuous_mode_of_fb_remote_command_ends_at_its_timeout() -> None:
     """It has no end status, so nothing else could end it."""
     plc = jog_plc()
     plc["First.Code"], plc["First.Data[1]"], plc["First.Timeout"] = 0x0505, 1, "T#100ms"
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc.words[0] == 0x0505)
+    plc.scan_until(lambda: plc.words[0] == 0x0505, execute="First")
     plc.answer(0x0100, PULSES)
     plc.scan_until(lambda: bool(plc["First.Error"]), most=15)
     assert plc["First.ErrorID"] == 0x8011
@@ -125,38 +111,30 @@ def test_an_enable_that_falls_before_the_status_comes_ends_it_when_it_comes() ->
     """Source: remote command guide 1.1, note: a command is held until its status changes."""
     plc = jog_plc()
     _reading(plc)
-    plc["Position.Enable"] = False
-    plc.scan(3)
+    plc.change("Position.Enable", to=False, scans=3)
     assert plc.words[0] == 0x0505
-    plc.answer(0x0100, PULSES)
-    plc.scan()
+    plc.answer(0x0100, PULSES, scans=1)
     assert plc.words[0] == 0
 
 
 def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
     plc = jog_plc()
-    plc["Position.Enable"] = True
-    plc.scan()
-    plc["Position.Enable"] = False
-    plc.scan(5)
+    plc.change("Position.Enable", to=True)
+    plc.change("Position.Enable", to=False, scans=5)
     assert plc.words[0] == 0
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+    plc.give("First", 0x0501, most=4)
 
 
 def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
     plc = jog_plc()
     _reading(plc)
-    plc.answer(0x4000, [4, 2])
-    plc.scan()
-    plc.answer(0)
+    plc.complete(0x4000, [4, 2])
     assert plc["Position.ErrorID"] == 0x8020
     assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
     plc.scan(10)
     assert plc.words[0] == 0, "it does not start again by itself"
     assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
-    plc["Position.Enable"] = False
-    plc.scan()
+    plc.change("Position.Enable", to=False)
     assert not plc["Position.Error"]
     assert plc["Position.AlarmGroup"] == 0
 
@@ -165,34 +143,27 @@ def test_a_normal_end_is_none_that_this_command_can_have() -> None:
     """Source: remote command guide 4.7.4: the continuous mode ends with the status reset only."""
     plc = jog_plc()
     _reading(plc)
-    plc.answer(0x0200, PULSES)
-    plc.scan()
+    plc.answer(0x0200, PULSES, scans=1)
     assert plc["Position.ErrorID"] == 0x8014
 
 
 def test_a_status_that_falls_back_to_ready_is_a_lost_command() -> None:
     plc = jog_plc()
     _reading(plc)
-    plc.answer(0x0100, PULSES)
-    plc.scan(2)
-    plc.answer(0)
-    plc.scan()
+    plc.answer(0x0100, PULSES, scans=2)
+    plc.answer(0, scans=1)
     assert plc["Position.ErrorID"] == 0x8014
 
 
 def test_without_a_first_position_it_ends_at_timeout() -> None:
-    """The command is held until there is a status, as any other.
-
-    Source: remote command guide 1.1, note
-    """
+    """Source: remote command guide 1.1, note."""
     plc = jog_plc()
     _reading(plc, Timeout="T#100ms")
     plc.scan_until(lambda: bool(plc["Position.Error"]), most=15)
     assert plc["Position.ErrorID"] == 0x8011
     plc.scan(5)
     assert plc.words[0] == 0x0505
-    plc.answer(0x0100, PULSES)
-    plc.scan()
+    plc.answer(0x0100, PULSES, scans=1)
     assert plc.words[0] == 0
 
 
@@ -209,12 +180,9 @@ def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int) -> N
 def test_a_lost_link_ends_it_and_nothing_restarts() -> None:
     plc = jog_plc()
     _reading(plc)
-    plc.answer(0x0100, PULSES)
-    plc.scan()
-    plc["Connected"] = False
-    plc.scan()
+    plc.answer(0x0100, PULSES, scans=1)
+    plc.change("Connected", to=False)
     assert plc["Position.ErrorID"] == 0x8001
     plc["Connected"] = True
-    plc.answer(0)
-    plc.scan(40)
+    plc.answer(0, scans=40)
     assert plc.words[0] == 0

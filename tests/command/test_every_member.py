@@ -65,10 +65,7 @@ def _sent(block: Pins, pins: dict[str, Value], robot: int = 0) -> str:
 
 @every_block_of_the_reading
 def test_each_member_goes_out_as_the_manual_has_it(block: Pins) -> None:
-    """One telegram for each member, code and all words; one that a command lacks is refused.
-
-    Source: remote command guide 4.2 to 4.9, code and legend of each command's table.
-    """
+    """Source: remote command guide 4.2 to 4.9, code and legend of each command's table."""
     wrong = []
     for pin, member in block.enumerated:
         value: Value = member if member not in ("FALSE", "TRUE") else member == "TRUE"
@@ -88,10 +85,7 @@ _LACKING = {
 
 
 def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
-    """So the test above has sent all others.
-
-    Source: remote command guide 4.2 to 4.9, legend of each command's table.
-    """
+    """Source: remote command guide 4.2 to 4.9, legend of each command's table."""
     refused = set()
     for block in BLOCKS.values():
         for pin, member in block.enumerated:
@@ -136,10 +130,7 @@ def test_each_other_pin_goes_out_in_its_place_and_unit(block: Pins) -> None:
 
 @every_block_of_the_reading
 def test_each_answer_is_shown_as_the_manual_has_it(block: Pins) -> None:
-    """One answer for each member of an enumerated output, some for each other one.
-
-    Source: remote command guide 4.2 to 4.9, normal end of each command.
-    """
+    """Source: remote command guide 4.2 to 4.9, normal end of each command."""
     wrong = []
     for entry in block.outputs:
         for response in _responses(entry):
@@ -247,10 +238,7 @@ def _same(got: Value, expected: Value) -> bool:
 
 
 def test_every_member_of_every_type_was_sent_or_shown() -> None:
-    """No member is left out of the tests above, because no pin has it.
-
-    Source: remote command guide 4.2 to 4.9.
-    """
+    """Source: remote command guide 4.2 to 4.9."""
     used = {entry.how for block in BLOCKS.values() for entry in (*block.inputs, *block.outputs)}
     chosen = {frozenset(block.codes) for block in BLOCKS.values()}
     for name, members in every_enumeration().items():

@@ -30,14 +30,10 @@ def test_robot_axis_and_millimetres() -> None:
 
 
 def test_the_jog_is_stopped_by_the_stop_input_si06() -> None:
-    """SI(06) goes OFF in the scan in which Enable falls; the command is held to its end.
-
-    Source: remote command guide 4.2.6
-    """
+    """Source: remote command guide 4.2.6."""
     plc = jog_plc()
     jogging(plc)
-    plc["Jog.Enable"] = False
-    plc.scan()
+    plc.change("Jog.Enable", to=False)
     assert plc.inputs == ["SI00"]
     assert plc.words[0] == 0x0020
     assert plc["Jog.Stopping"]
@@ -81,15 +77,12 @@ def test_after_the_stop_the_interlock_signal_is_set_on_again_by_itself() -> None
 def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> None:
     plc = jog_plc()
     jogging(plc)
-    plc["Jog.Enable"] = False
-    plc.scan()
+    plc.change("Jog.Enable", to=False)
     plc["Jog.Enable"], plc["Jog.Axis"] = True, 2
     plc.scan()
     assert plc["Jog.Busy"]
     assert plc.words[:3] == [0x0020, 0, 1], "the first jog is held to its end"
-    plc.answer(0x4000, STOPPED)
-    plc.scan()
-    plc.answer(0)
+    plc.complete(0x4000, STOPPED)
     plc.scan_until(lambda: plc.words[0] == 0x0020)
     assert plc["Robot.Settled"]
     assert "SI06" in plc.inputs
@@ -98,25 +91,20 @@ def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> Non
 
 def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
     plc = jog_plc()
-    plc["Jog.Enable"] = True
-    plc.scan()
-    plc["Jog.Enable"] = False
-    plc.scan(10)
+    plc.change("Jog.Enable", to=True)
+    plc.change("Jog.Enable", to=False, scans=10)
     assert plc.words[0] == 0
     assert plc.inputs == ["SI00", "SI06"]
     assert not plc["Jog.Stopping"]
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+    plc.give("First", 0x0501, most=4)
 
 
 def test_an_enable_of_one_scan_stops_in_the_scan_after_the_code() -> None:
     """Whatever the scan in which Enable falls: code without SI(06) OFF lasts no longer."""
     for scans in range(1, 6):
         plc = jog_plc()
-        plc["Jog.Enable"] = True
-        plc.scan(scans)
-        plc["Jog.Enable"] = False
-        plc.scan()
+        plc.change("Jog.Enable", to=True, scans=scans)
+        plc.change("Jog.Enable", to=False)
         assert plc.words[0] == 0 or "SI06" not in plc.inputs, scans
 
 
@@ -124,24 +112,19 @@ def test_a_jog_whose_block_is_not_called_any_more_is_stopped() -> None:
     """The command has lost its block: SI(06) goes OFF in the same scan."""
     plc = jog_plc()
     jogging(plc)
-    plc["CallJog"] = False
-    plc.scan()
+    plc.change("CallJog", to=False)
     assert plc.inputs == ["SI00"]
     plc.scan(20)
     assert plc.inputs == ["SI00"], "until the jog has ended"
-    plc.answer(0x4000, STOPPED)
-    plc.scan()
-    plc.answer(0)
+    plc.complete(0x4000, STOPPED)
     plc.scan_until(lambda: "SI06" in plc.inputs)
 
 
 def test_a_jog_of_fb_remote_command_is_stopped_at_its_timeout() -> None:
     plc = jog_plc()
     plc["First.Code"], plc["First.Data[2]"], plc["First.Timeout"] = 0x0020, 1, "T#100ms"
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc.words[0] == 0x0020)
-    plc.answer(0x0100)
-    plc.scan(5)
+    plc.scan_until(lambda: plc.words[0] == 0x0020, execute="First")
+    plc.answer(0x0100, scans=5)
     assert "SI06" in plc.inputs
     plc.scan_until(lambda: bool(plc["First.Error"]))
     assert "SI06" not in plc.inputs
@@ -151,16 +134,13 @@ def test_another_stop_ends_the_jog_with_an_error() -> None:
     """12.400 that Enable has not asked for, as from a stop of the programming box."""
     plc = jog_plc()
     jogging(plc)
-    plc.answer(0x4000, STOPPED)
-    plc.scan()
-    plc.answer(0)
+    plc.complete(0x4000, STOPPED)
     assert plc["Jog.ErrorID"] == 0x8020
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400)
     plc.scan(20)
     assert plc.words[0] == 0, "it does not start again by itself"
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400), "until Enable falls"
-    plc["Jog.Enable"] = False
-    plc.scan()
+    plc.change("Jog.Enable", to=False)
     assert not plc["Jog.Error"]
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (0, 0)
 
@@ -169,8 +149,7 @@ def test_a_soft_limit_ends_the_jog_with_its_alarm() -> None:
     """Source: remote command guide 1.1: 2.334."""
     plc = jog_plc()
     jogging(plc)
-    plc.answer(0x4000, [0x0002, 0x014E])
-    plc.scan()
+    plc.answer(0x4000, [0x0002, 0x014E], scans=1)
     assert plc["Jog.ErrorID"] == 0x8020
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (2, 334)
     assert "SI06" in plc.inputs
@@ -180,15 +159,12 @@ def test_a_jog_that_the_controller_ends_normally_stays_valid_until_enable_falls(
     """Source: remote command guide 4.2.6, normal end."""
     plc = jog_plc()
     jogging(plc, PositionOutput="POSITION_PULSES")
-    plc.answer(0x0200, [0, 0, 0, 0x3039, 0])
-    plc.scan()
-    plc.answer(0)
-    plc.scan(5)
+    plc.answer(0x0200, [0, 0, 0, 0x3039, 0], scans=1)
+    plc.answer(0, scans=5)
     assert plc["Jog.Valid"]
     assert plc.words[0] == 0
     assert plc["Jog.Pulses"][0] == 12345
-    plc["Jog.Enable"] = False
-    plc.scan()
+    plc.change("Jog.Enable", to=False)
     assert plc.inputs == ["SI00", "SI06"], "nothing is to be stopped"
 
 
@@ -208,8 +184,7 @@ def test_inputs_that_are_not_legal_are_refused_without_a_telegram(
     plc = jog_plc()
     for name, value in pins.items():
         plc[f"Jog.{name}"] = value
-    plc["Jog.Enable"] = True
-    plc.scan(2)
+    plc.change("Jog.Enable", to=True, scans=2)
     assert plc["Jog.ErrorID"] == error
     plc.scan(5)
     assert plc.words == [0] * 16
@@ -232,8 +207,7 @@ def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_goes_out() -> None:
         plc = jog_plc()
         plc[pin] = False
         plc.scan()
-        plc["Jog.Enable"] = True
-        plc.scan(3)
+        plc.change("Jog.Enable", to=True, scans=3)
         assert plc["Jog.ErrorID"] == error
         assert plc.words[0] == 0
 
@@ -242,8 +216,7 @@ def test_a_stop_that_is_never_answered_lets_the_channel_go_after_timeout() -> No
     """SI(06) stays OFF while the jog is out, and a new Enable says that the channel is blocked."""
     plc = jog_plc()
     jogging(plc, Timeout="T#100ms")
-    plc["Jog.Enable"] = False
-    plc.scan(15)
+    plc.change("Jog.Enable", to=False, scans=15)
     assert not plc["Jog.Stopping"]
     assert plc.inputs == ["SI00"]
     assert plc.words[0] == 0x0020
@@ -256,12 +229,10 @@ def test_a_lost_link_ends_the_jog_and_nothing_restarts() -> None:
     """Source: design of every block; manual chapter 1, 5."""
     plc = jog_plc()
     jogging(plc)
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Connected", to=False)
     assert plc["Jog.ErrorID"] == 0x8001
     plc["Connected"] = True
-    plc.answer(0)
-    plc.scan(60)
+    plc.answer(0, scans=60)
     assert plc.words[0] == 0
     assert plc["Jog.Error"]
 
@@ -273,31 +244,22 @@ def test_a_lost_link_ends_the_jog_and_nothing_restarts() -> None:
 def test_a_loss_also_ends_an_enable_that_waits_for_the_last_stop(
     moment: str, lost: str, error_id: int
 ) -> None:
-    """Nothing restarts by itself: Enable was TRUE while nobody was there.
-
-    Source: design of every block; manual chapter 1, 5.
-    """
+    """Source: design of every block; manual chapter 1, 5."""
     plc = jog_plc()
     jogging(plc)
-    plc["Jog.Enable"] = False
-    plc.scan()
+    plc.change("Jog.Enable", to=False)
     if moment == "until SI(06) is back":
-        plc.answer(0x4000, STOPPED)
-        plc.scan()
-        plc.answer(0)
-    plc["Jog.Enable"] = True
-    plc.scan()
+        plc.complete(0x4000, STOPPED)
+    plc.change("Jog.Enable", to=True)
     assert plc["Jog.Busy"]
     present(plc, lost, False)
     plc.scan()
     assert (plc["Jog.Error"], plc["Jog.Busy"], plc["Jog.ErrorID"]) == (True, False, error_id)
     present(plc, lost, True)
-    plc.answer(0)
-    plc.scan(100)
+    plc.answer(0, scans=100)
     assert plc.words[0] == 0
     assert plc["Jog.ErrorID"] == error_id
-    plc["Jog.Enable"] = False
-    plc.scan()
+    plc.change("Jog.Enable", to=False)
     assert not plc["Jog.Error"]
     plc["Jog.Enable"] = True
     plc.scan_until(lambda: plc.words[0] == 0x0020)

@@ -9,13 +9,10 @@ def test_a_jog_waits_for_its_turn() -> None:
     plc = jog_plc()
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(3)
-    plc["Jog.Enable"] = True
-    plc.scan(5)
+    plc.change("Jog.Enable", to=True, scans=5)
     assert plc["Jog.Busy"]
     assert plc.words[0] == 0x0501
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    plc.complete()
     plc.scan_until(lambda: plc.words[0] == 0x0020, most=4)
 
 
@@ -39,8 +36,7 @@ def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
     jogging(plc)
     plc["StopOk"] = False
     end_by_stop(plc)
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=5)
+    plc.give("First", 0x0501, most=5)
 
 
 def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
@@ -50,8 +46,7 @@ def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it()
     plc["Robot.Inner.HoldStop"] = True
     end_by_stop(plc)
     assert plc.inputs == ["SI00"]
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+    plc.give("First", 0x0501, most=4)
     assert plc.inputs == ["SI00"]
 
 
@@ -63,8 +58,7 @@ def test_a_jog_that_ended_while_nothing_could_be_written_needs_no_stop() -> None
     plc.scan()
     assert plc.words[0] == 0x0020, "held, whatever happens"
     plc["WriteArea.Size"] = 48
-    plc.answer(0x4000, STOPPED)
-    plc.scan()
+    plc.answer(0x4000, STOPPED, scans=1)
     assert plc.words[0] == 0
     assert plc.inputs == ["SI00", "SI06"]
     assert not plc["Jog.Error"]

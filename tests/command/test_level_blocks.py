@@ -6,10 +6,7 @@ import pytest
 
 from plc_bench import ROOT, PlcBench
 
-BLOCKS = (
-    pytest.param("Jog", id="FB_Jog"),
-    pytest.param("Position", id="FB_ContinuousPosition"),
-)
+BLOCKS = (pytest.param("Jog", id="FB_Jog"), pytest.param("Position", id="FB_ContinuousPosition"))
 
 
 @pytest.fixture
@@ -22,10 +19,7 @@ def plc() -> PlcBench:
 
 @pytest.mark.parametrize("block", BLOCKS)
 def test_a_timeout_of_one_millisecond_is_a_limit(plc: PlcBench, block: str) -> None:
-    """T#0s alone is no limit.
-
-    Source: docs/reference/errors.md, 16#8015.
-    """
+    """T#0s alone is no limit. Source: docs/reference/errors.md, 16#8015."""
     plc.answer(0x0200)
     plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#1ms", True
     plc.scan_until(lambda: bool(plc[f"{block}.Error"]), most=4)
@@ -46,8 +40,7 @@ def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout(
 ) -> None:
     """Source: docs/reference/errors.md, 16#8012."""
     plc["First.Code"], plc["First.Timeout"] = 0x0501, "T#50ms"
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc["First.ErrorID"] == 0x8011)
+    plc.scan_until(lambda: plc["First.ErrorID"] == 0x8011, execute="First")
     plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#100ms", True
     plc.scan_until(lambda: bool(plc[f"{block}.Error"]), most=13)
     assert plc[f"{block}.ErrorID"] == 0x8012

@@ -1,87 +1,123 @@
-"""FB_RealTimeValue: what the real time output shows in the extended words."""
+"""FB_RealTimeValue and its twin for an image of words, alone: every word, every refusal."""
 
 from __future__ import annotations
 
+from functools import cache
+from itertools import product
+
 import pytest
 
-from areas_bench import AreasBench
+from alone import Alone
+
+_BLOCKS = ("FB_RealTimeValue", "FB_RealTimeValueInWords")
+_SHOWN = ("Unsigned", "Signed", "Long")
 
 
-def _up(size: int = 256, m: int = 0) -> AreasBench:
-    plc = AreasBench(size=size, m=m)
-    plc.power_up()
-    plc["RealTimeValue.m"] = m
-    plc["RealTimeValue.Size"] = size
-    return plc
+@cache
+def _compiled(block: str) -> Alone:
+    image = "RCX_IMAGE_WORDS" if block.endswith("InWords") else "RCX_IMAGE"
+    return Alone(block, {"Robot": "RCX_REF", "Image": image})
 
 
-def _values(plc: AreasBench, word: int) -> tuple[object, object, object]:
-    plc["RealTimeValue.OutputWord"] = word
-    plc.scan()
-    assert plc["RealTimeValue.Valid"]
-    return tuple(plc[f"RealTimeValue.{pin}"] for pin in ("Unsigned", "Signed", "Long"))
+def _value(address: int) -> int:
+    """What the image has in the word at an even address: some are negative as INT."""
+    return (address * 0x4D1 + 0x3A7) % 65536
 
 
-@pytest.mark.parametrize("m", [0, 100])
-@pytest.mark.parametrize("word", [24, 25, 126])
-def test_word_k_stands_at_m_plus_2k(m: int, word: int) -> None:
-    """SOW(24) is at m+48, SOW(127) at m+254.
+@pytest.fixture(params=_BLOCKS)
+def block(request: pytest.FixtureRequest) -> Alone:
+    """Connected, with an image in which no two words are alike."""
+    alone = _compiled(request.param)
+    alone.restart()
+    alone["Robot.Connected"] = True
+    words = [_value(2 * k) for k in range(256)]
+    in_words = request.param.endswith("InWords")
+    split = [byte for word in words for byte in (word & 0xFF, word >> 8)]
+    alone["Image"] = words if in_words else split
+    return alone
 
-    Source: manual chapter 1, 4.2
+
+def _shown(block: Alone) -> tuple[object, ...]:
+    flags = (block["Block.Valid"], block["Block.Error"], block["Block.ErrorID"])
+    return (*flags, *(block[f"Block.{pin}"] for pin in _SHOWN))
+
+
+def _signed(value: int, bits: int) -> int:
+    return value - (1 << bits) if value >> (bits - 1) else value
+
+
+def test_without_a_connection_there_is_no_value(block: Alone) -> None:
+    """Source: manual chapter 1, 5.2."""
+    block["Robot.Connected"] = False
+    block.scan(0)
+    assert _shown(block) == (False, True, 0x8001, 0, 0, 0)
+
+
+@pytest.mark.parametrize(("name", "error"), [("FB_RealTimeValue", 0), (_BLOCKS[1], 0x8032)])
+def test_an_odd_offset_is_for_images_of_bytes_only(name: str, error: int) -> None:
+    """Source: manual chapter 1, 4.1: words stand at even addresses of the area."""
+    alone = _compiled(name)
+    alone.restart()
+    alone["Robot.Connected"], alone["Block.m"] = True, 1
+    alone.scan(0)
+    assert alone["Block.ErrorID"] == error
+
+
+def test_every_extended_word_is_shown_in_three_ways(block: Alone) -> None:
+    """SOW(24) is at m + 48, SOW(127) at m + 254, after which there is none.
+
+    Source: manual chapter 1, 4.2, and chapter 3, 2.1: words are unsigned, double words signed;
+    remote command guide 4.9.1.
     """
-    plc = _up(m=m)
-    plc.so[2 * word : 2 * word + 4] = bytes([0x39, 0x30, 0x01, 0x00])
-    assert _values(plc, word) == (0x3039, 0x3039, 0x00013039)
+    for m, number in product((0, 2, 100, 256), range(24, 128)):
+        block["Block.m"], block["Block.OutputWord"] = m, number
+        block.scan(0)
+        word, upper = _value(m + 2 * number), _value(m + 2 * number + 2)
+        long = _signed(upper << 16 | word, 32) if number < 127 else 0
+        assert _shown(block) == (True, False, 0, word, _signed(word, 16), long), (m, number)
 
 
-def test_the_highest_bit_is_a_sign_or_not_as_the_item_says() -> None:
-    """Source: manual chapter 3, 2.1: words are unsigned, double words signed."""
-    plc = _up()
-    plc.so[48:52] = bytes([0x9C, 0xFF, 0xFF, 0xFF])
-    assert _values(plc, 24) == (65436, -100, -100)
-
-
-def test_the_last_word_has_no_upper_half() -> None:
-    plc = _up()
-    plc.so[254:256] = bytes([0x05, 0x00])
-    assert _values(plc, 127) == (5, 5, 0)
-
-
+@pytest.mark.parametrize("connected", [True, False])
 @pytest.mark.parametrize(
     ("pins", "error"),
     [
+        ({"Size": 100, "OutputWord": 2}, 0x8030),
         ({"OutputWord": 23}, 0x8034),
+        ({"OutputWord": 15}, 0x8034),
         ({"OutputWord": 2}, 0x8034),
+        ({"OutputWord": 1}, 0x8034),
         ({"OutputWord": 128}, 0x8034),
         ({"Size": 48}, 0x8036),
         ({"Size": 100}, 0x8030),
-        ({"m": 300}, 0x8031),
+        ({"m": 258}, 0x8031),
+        ({"m": -2}, 0x8031),
+        ({"m": 4, "ImageSize": 258}, 0x8031),
     ],
 )
-def test_what_is_not_there_is_an_error_and_shows_zero(pins: dict[str, int], error: int) -> None:
-    """Source: remote command guide 4.9.1: numbers 24 to 127 of the extended area."""
-    plc = _up()
-    plc.so[48:256] = bytes([0xFF] * 208)
+def test_what_is_not_there_is_an_error_and_shows_zero(
+    block: Alone, pins: dict[str, int], error: int, connected: bool
+) -> None:
+    """An illegal number is told before a missing connection: it does not go away with it.
+
+    Source: remote command guide 4.9.1; manual chapter 1, 4.2.
+    """
+    block.scan(0)
+    assert block["Block.Valid"] is True
+    block["Robot.Connected"] = connected
     for name, value in pins.items():
-        plc[f"RealTimeValue.{name}"] = value
-    plc.scan()
-    assert plc["RealTimeValue.ErrorID"] == error
-    assert not plc["RealTimeValue.Valid"]
-    shown = [plc[f"RealTimeValue.{pin}"] for pin in ("Unsigned", "Signed", "Long")]
-    assert shown == [0, 0, 0]
+        block[f"Block.{name}"] = value
+    block.scan(0)
+    assert _shown(block) == (False, True, error, 0, 0, 0)
 
 
-def test_without_a_connection_there_is_no_value() -> None:
-    plc = _up()
-    plc["Connected"] = False
-    plc.scan()
-    assert plc["RealTimeValue.ErrorID"] == 0x8001
-
-
-def test_an_illegal_word_is_told_before_a_missing_connection() -> None:
-    """It does not go away with the connection's return."""
-    plc = _up()
-    plc["Connected"] = False
-    plc["RealTimeValue.OutputWord"] = 128
-    plc.scan()
-    assert plc["RealTimeValue.ErrorID"] == 0x8034
+@pytest.mark.parametrize("name", _BLOCKS)
+def test_left_out_inputs_stand_for_the_first_extended_word(name: str) -> None:
+    """Source: manual chapter 1, 4.2: SOW(24), 256 bytes."""
+    alone = _compiled(name)
+    alone.restart()
+    assert [alone[f"Block.{pin}"] for pin in ("m", "Size", "ImageSize", "OutputWord")] == [
+        0,
+        256,
+        512,
+        24,
+    ]

@@ -20,42 +20,31 @@ def test_inputs_are_sampled_on_the_rising_edge() -> None:
     """A change while the block waits for its turn has no effect."""
     plc = _plc()
     plc["Second.Code"], plc["Second.Data[2]"] = 0x0101, 100
-    plc["First.Execute"] = plc["Second.Execute"] = True
-    plc.scan()
+    plc.change("First.Execute", "Second.Execute", to=True)
     plc["Second.Code"], plc["Second.Data[2]"] = 0x0100, 200
     plc.scan_until(lambda: plc.words[0] == 0x1505)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    plc.complete()
     plc.scan_until(lambda: plc.words[0] != 0)
     assert plc.words[:3] == [0x0101, 0, 100]
 
 
 def test_what_is_held_changes_by_the_rising_edge_alone() -> None:
-    """Not by an edge while the block is busy, nor after its end while Execute stays.
-
-    Source: design of the library, 3: inputs are sampled on the rising edge.
-    """
+    """Source: design of the library, 3: inputs are sampled on the rising edge."""
     plc = _plc()
     names = ("HeldCode", "HeldData", "Refused", "Job.Holder", "Job.Longest", "Job.Trouble")
 
     def held() -> dict[str, object]:
         return {name: plc[f"First.{name}"] for name in names}
 
-    plc["First.Execute"] = True
-    plc.scan(2)
+    plc.change("First.Execute", to=True, scans=2)
     before = held()
-    plc["First.Execute"] = False
-    plc.scan()
+    plc.change("First.Execute", to=False)
     plc["First.Code"], plc["First.Data[3]"], plc["First.Timeout"] = 0x0101, 7, timedelta(seconds=9)
-    plc["First.Execute"] = True
-    plc.scan()
+    plc.change("First.Execute", to=True)
     assert held() == before, "an edge while busy"
-    plc.answer(0x0200)
-    plc.scan()
+    plc.answer(0x0200, scans=1)
     for code in (0x0102, 0):
-        plc["First.Code"] = code
-        plc.scan()
+        plc.change("First.Code", to=code)
         assert plc["First.Done"]
         assert held() == before, "after Done"
 
@@ -66,13 +55,10 @@ def test_all_fifteen_words_go_out_and_come_back() -> None:
     data = [0x0100 + k for k in range(1, 16)]
     response = [0xFF00 - k for k in range(1, 16)]
     plc["First.Data"] = data
-    plc["First.Execute"] = True
-    plc.scan(2)
+    plc.change("First.Execute", to=True, scans=2)
     assert plc.words == [0x1505, *data]
-    plc.answer(0x0200, response)
-    plc.scan()
-    plc.answer(0)
-    plc.scan(5)
+    plc.answer(0x0200, response, scans=1)
+    plc.answer(0, scans=5)
     assert plc["First.Response"] == response, "kept after the status reset"
 
 
@@ -89,8 +75,7 @@ def test_the_code_goes_out_as_it_is_given(code: int) -> None:
     for _ in range(5):  # held until the status comes, whoever asks
         plc.scan()
         assert plc.words == [code, *[0] * 15]
-    plc.answer(0x0200)
-    plc.scan()
+    plc.answer(0x0200, scans=1)
     assert plc["First.Done"]
 
 
@@ -100,18 +85,13 @@ def test_an_abnormal_end_shows_alarm_group_and_category() -> None:
     Source: guide chapter 1, 1.1: 0x0002 in m + 2, 0x014E in m + 4.
     """
     plc = _plc()
-    plc["First.Execute"] = True
-    plc.scan(2)
-    plc.answer(0x4000, [0x0002, 0x014E])
-    plc.scan()
-    assert plc["First.Error"]
+    plc.change("First.Execute", to=True, scans=2)
+    plc.answer(0x4000, [0x0002, 0x014E], scans=1)
     assert plc["First.ErrorID"] == 0x8020
     assert (plc["First.AlarmGroup"], plc["First.AlarmCategory"]) == (2, 334)
-    plc.answer(0)
-    plc.scan(5)
+    plc.answer(0, scans=5)
     assert (plc["First.AlarmGroup"], plc["First.AlarmCategory"]) == (2, 334)
-    plc["First.Execute"] = False
-    plc.scan()
+    plc.change("First.Execute", to=False)
     assert (plc["First.AlarmGroup"], plc["First.AlarmCategory"]) == (0, 0)
     assert plc["First.ErrorID"] == 0
 
@@ -120,28 +100,21 @@ def test_the_status_reset_is_no_command() -> None:
     """Source: guide chapter 4, 4.1."""
     plc = _plc()
     plc["First.Code"] = 0
-    plc["First.Execute"] = True
-    plc.scan(2)
+    plc.change("First.Execute", to=True, scans=2)
     assert plc["First.ErrorID"] == 0x8021
     assert plc.words == [0] * 16
     plc["Second.Code"] = 0x0501
-    plc["Second.Execute"] = True
-    plc.scan(2)
+    plc.change("Second.Execute", to=True, scans=2)
     assert plc.words[0] == 0x0501, "the channel is free"
 
 
 def test_without_an_answer_the_response_is_zero() -> None:
     plc = _plc()
-    plc["First.Execute"] = True
-    plc.scan(2)
-    plc.answer(0x0200, [7] * 15)
-    plc.scan()
-    plc.answer(0)
-    plc["First.Execute"] = False
-    plc.scan()
+    plc.change("First.Execute", to=True, scans=2)
+    plc.complete(0x0200, [7] * 15)
+    plc.change("First.Execute", to=False)
     plc["First.Timeout"] = "T#50ms"
-    plc["First.Execute"] = True
-    plc.scan(7)
+    plc.change("First.Execute", to=True, scans=7)
     assert plc["First.ErrorID"] == 0x8011
     assert plc["First.Response"] == [0] * 15
 
@@ -151,8 +124,7 @@ def test_a_status_that_never_becomes_ready_is_told_and_nothing_is_sent() -> None
     plc = _plc()
     plc.answer(0x0100)
     plc["First.Timeout"] = "T#500ms"
-    plc["First.Execute"] = True
-    plc.scan(51)
+    plc.change("First.Execute", to=True, scans=51)
     assert plc["First.ErrorID"] == 0x8015
     assert plc.words == [0] * 16
 
@@ -160,8 +132,7 @@ def test_a_status_that_never_becomes_ready_is_told_and_nothing_is_sent() -> None
 def test_refused_while_the_controller_is_not_there() -> None:
     plc = _plc()
     plc.outputs(SO01=False)
-    plc["First.Execute"] = True
-    plc.scan(2)
+    plc.change("First.Execute", to=True, scans=2)
     assert plc["First.ErrorID"] == 0x8002
     assert plc.words == [0] * 16
 
@@ -169,11 +140,9 @@ def test_refused_while_the_controller_is_not_there() -> None:
 def test_an_abnormal_end_brings_the_words_of_its_response() -> None:
     """Source: guide chapter 4, 4.2.6: an end by the stop input has the position, too."""
     plc = _plc()
-    plc["First.Execute"] = True
-    plc.scan(2)
+    plc.change("First.Execute", to=True, scans=2)
     response = [12, 400, *range(1, 14)]
-    plc.answer(0x4000, response)
-    plc.scan()
+    plc.answer(0x4000, response, scans=1)
     assert plc["First.Response"] == response
 
 

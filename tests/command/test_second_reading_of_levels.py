@@ -6,10 +6,8 @@ what goes out, must be what the rules of tests/support ask for.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -18,11 +16,9 @@ import pytest
 from command_rules import CommandRule
 from head_rules import OTHERS, HeadRules
 from level_rules import LEVELS, ContinuousRule, JogRule, LevelView
-from plc_bench import LIBRARY
+from plc_bench import compiled
 from shown import differences
-from structured_text.engines import build
 from structured_text.engines.base import Program
-from structured_text.projects.needed import needed
 
 _SCAN_MS, _MARGIN_MS = 40, 20
 _SHOWN = ("Valid", "Busy", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
@@ -63,10 +59,7 @@ END_PROGRAM
 
 @cache
 def _compiled(block: str) -> Program:
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "Second.st"
-        file.write_text(_PROGRAM.format(block), encoding="utf-8")
-        return build([file, *needed([file], LIBRARY)], "builtin").program
+    return compiled(_PROGRAM.format(block), "builtin")
 
 
 class _Beside:

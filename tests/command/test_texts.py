@@ -29,10 +29,7 @@ def _words(plc: Program, text: str) -> list[int]:
 
 
 def test_two_characters_go_into_a_word_the_first_into_the_lower_byte(plc: Program) -> None:
-    """The text "12" is 0x3231.
-
-    Source: remote command guide 1.1
-    """
+    """The text "12" is 0x3231. Source: remote command guide 1.1."""
     assert _words(plc, "12")[0] == 0x3231
 
 

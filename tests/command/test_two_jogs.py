@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import pytest
 
 from plc_bench import PlcBench
@@ -28,17 +25,11 @@ END_PROGRAM
 @pytest.mark.parametrize("jog", ["First", "Second"])
 def test_a_jog_stops_at_once_whoever_is_called_before_or_after_it(jog: str) -> None:
     """Source: remote command guide 4.2.6: SI(06) stops a jog."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "Jogs.st"
-        file.write_text(_PROGRAM, encoding="utf-8")
-        plc = PlcBench(program=file)
+    plc = PlcBench(program=_PROGRAM)
     plc.power_up()
-    plc[f"{jog}.Enable"] = True
-    plc.scan(3)
-    plc.answer(0x0100)
-    plc.scan(5)
+    plc.change(f"{jog}.Enable", to=True, scans=3)
+    plc.answer(0x0100, scans=5)
     assert plc.words[0] == 0x0020
     assert plc.inputs == ["SI00", "SI06"]
-    plc[f"{jog}.Enable"] = False
-    plc.scan()
+    plc.change(f"{jog}.Enable", to=False)
     assert plc.inputs == ["SI00"]

@@ -84,8 +84,7 @@ def test_a_jog_sends_the_words_of_the_example_and_reads_the_positions_beside_12_
     plc.set({**given_pins(name, example["given"]), **more, "Enable": True})
     plc.scan_until(lambda: plc.words[0] != 0)
     assert plc.words == _words(example["command"])
-    plc.answer(0x0100)
-    plc.scan()
+    plc.answer(0x0100, scans=1)
     plc.set({"Enable": False})
     plc.scan()
     assert plc.inputs == ["SI00"]
@@ -96,10 +95,7 @@ def test_a_jog_sends_the_words_of_the_example_and_reads_the_positions_beside_12_
 
 
 def test_all_hundred_examples_have_a_block() -> None:
-    """Those whose printed words do not count, by number; the data says why.
-
-    Source: remote command guide 4.2.1 to 4.9.3, the worked examples.
-    """
+    """Source: remote command guide 4.2.1 to 4.9.3, the worked examples."""
     assert list(EXAMPLE_BLOCKS) == sorted(_EXAMPLES) == list(range(1, 101))
     corrected = {number for number, one in _EXAMPLES.items() if "meant_command" in one}
     assert corrected == {29, 42, 43, 44, 47, 73}

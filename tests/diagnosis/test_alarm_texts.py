@@ -9,14 +9,12 @@ from pathlib import Path
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY, ROOT
+from plc_bench import ROOT, compiled
 from rcx_harness import spec
 from rcx_tools.library.alarm_texts import literal, text_files, wrapped
-from structured_text.engines import build
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
-from structured_text.projects.needed import needed
 
 _PROGRAM = """\
 PROGRAM Texts
@@ -44,10 +42,8 @@ _IN_BOTH = pytest.mark.parametrize("language", _LANGUAGES)
 
 
 @pytest.fixture(scope="module", params=ENGINES)
-def plc(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Program:
-    file = tmp_path_factory.mktemp("texts") / "Texts.st"
-    file.write_text(_PROGRAM, encoding="utf-8")
-    return build([file, *needed([file], LIBRARY)], request.param).program
+def plc(request: pytest.FixtureRequest) -> Program:
+    return compiled(_PROGRAM, request.param)
 
 
 def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, str]]:
@@ -101,10 +97,7 @@ def test_each_error_id_has_its_text(plc: Program, language: str, row: dict[str, 
 
 @_IN_BOTH
 def test_an_alarm_that_the_manual_does_not_name_has_no_text(plc: Program, language: str) -> None:
-    """No group and no category that is nearly one of them has a text either.
-
-    Source: manual chapter 4, 4: for other alarms see the controller's manual.
-    """
+    """Source: manual chapter 4, 4: for other alarms see the controller's manual."""
     named = {(row["group"], row["category"]) for row in _ALARMS}
     groups = {0, 65535} | {group + step for group, _ in named for step in (-1, 0, 1, 256)}
     categories = {0, 65535} | {number + step for _, number in named for step in (-1, 0, 1, 1000)}
@@ -165,10 +158,7 @@ def test_each_remote_command_has_its_name_whatever_the_robot(plc: Program) -> No
 
 
 def test_a_code_that_is_no_command_has_no_name(plc: Program) -> None:
-    """16#0000 is the status reset, which no block sends as a command.
-
-    Source: guide 4.1
-    """
+    """16#0000 is the status reset, which no block sends as a command. Source: guide 4.1."""
     for code in (0x0000, 0x1000, 0x0005, 0x0FFF, 0x0700 + 0x50):
         plc.write("Main.Code", 0x0001)
         plc.scan(0)

@@ -33,6 +33,11 @@ class Channels:
             self._alone["Robot.Inner.Elapsed"] = after_ms
             self._alone.scan(self._now_ms)
 
+    def change(self, path: str, *, to: Any, scans: int = 1) -> None:
+        """Write a variable, then run scans."""
+        self[path] = to
+        self.scan(scans)
+
 
 @cache
 def _alone() -> Alone:
@@ -46,8 +51,7 @@ _BOTH = pytest.mark.parametrize("channel", ["Command", "Sequence"])
 def test_a_free_channel_has_no_holder_and_nobody_waits(channel: str) -> None:
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = 7
-    block[f"Robot.Inner.{channel}.NextTicket"] = 7
-    block.scan(3)
+    block.change(f"Robot.Inner.{channel}.NextTicket", to=7, scans=3)
     assert not any(block[channel].values())
 
 
@@ -62,8 +66,7 @@ def test_a_turn_is_counted_from_the_scan_in_which_it_is_first_seen(channel: str)
         turn = block[channel]
         assert (turn["Taken"], turn["Holder"], turn["Held"]) == (True, 0x0012, held)
     block[f"Robot.Inner.{channel}.Serving"] = 1
-    block[f"Robot.Inner.{channel}.Holder"] = 0
-    block.scan()
+    block.change(f"Robot.Inner.{channel}.Holder", to=0)
     turn = block[channel]
     assert (turn["Taken"], turn["Holder"], turn["Held"]) == (False, 0, 0)
     assert (turn["Longest"], turn["LongestHolder"]) == (20, 0x0012)
@@ -73,8 +76,7 @@ def test_a_turn_is_counted_from_the_scan_in_which_it_is_first_seen(channel: str)
 def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
     """A DINT, which some PLCs have for it, ends at 2^31 - 1 ms: the time stays below it."""
     block = Channels()
-    block[f"Robot.Inner.{channel}.NextTicket"] = 1
-    block.scan(2)
+    block.change(f"Robot.Inner.{channel}.NextTicket", to=1, scans=2)
     block[f"Block.{channel}Channel.Turn.Held"] = 2_147_390_000
     block.scan(3, after_ms=65_000)
     assert block[channel]["Stuck"]
@@ -91,21 +93,17 @@ def test_the_time_of_a_turn_stays_where_it_has_reached_its_end(
     """Also where the longest one is forgotten. Source: head of RCX_TURN, 24 days."""
     block = Channels()
     block[f"Robot.Inner.{channel}.NextTicket"] = 1
-    block["Block.Reset"] = True
-    block.scan(2)
-    block[f"Block.{channel}Channel.Turn.Held"] = held
-    block.scan()
+    block.change("Block.Reset", to=True, scans=2)
+    block.change(f"Block.{channel}Channel.Turn.Held", to=held)
     assert (block[channel]["Held"], block[channel]["Longest"]) == (then, 0)
 
 
 @_BOTH
 def test_the_next_turn_begins_at_zero_also_without_a_pause(channel: str) -> None:
     block = Channels()
-    block[f"Robot.Inner.{channel}.NextTicket"] = 2
-    block.scan(4)
+    block.change(f"Robot.Inner.{channel}.NextTicket", to=2, scans=4)
     assert block[channel]["Held"] == 30
-    block[f"Robot.Inner.{channel}.Serving"] = 1
-    block.scan()
+    block.change(f"Robot.Inner.{channel}.Serving", to=1)
     assert block[channel]["Held"] == 0
     block.scan()
     assert block[channel]["Held"] == 10
@@ -116,8 +114,7 @@ def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
     """The ticket of the free channel is that of the next turn."""
     block = Channels()
     block.scan(10)
-    block["Robot.Inner.Command.NextTicket"] = 1
-    block.scan()
+    block.change("Robot.Inner.Command.NextTicket", to=1)
     assert block["Command"]["Held"] == 0
 
 
@@ -129,14 +126,10 @@ def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
 def test_those_behind_the_holder_wait(
     channel: str, serving: int, following: int, waiting: int
 ) -> None:
-    """Tickets go on from 65535 to 0.
-
-    Source: RCX_CHANNEL
-    """
+    """Tickets go on from 65535 to 0. Source: RCX_CHANNEL."""
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = serving
-    block[f"Robot.Inner.{channel}.NextTicket"] = following
-    block.scan()
+    block.change(f"Robot.Inner.{channel}.NextTicket", to=following)
     assert block[channel]["Waiting"] == waiting
     other = "Sequence" if channel == "Command" else "Command"
     assert block[other]["Waiting"] == 0
@@ -146,27 +139,20 @@ def test_those_behind_the_holder_wait(
 def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None:
     """As when the link is lost, and all that wait end with an error."""
     block = Channels()
-    block[f"Robot.Inner.{channel}.NextTicket"] = 3
-    block.scan()
+    block.change(f"Robot.Inner.{channel}.NextTicket", to=3)
     assert block[channel]["Waiting"] == 2
-    block[f"Robot.Inner.{channel}.Serving"] = 3
-    block.scan()
+    block.change(f"Robot.Inner.{channel}.Serving", to=3)
     assert (block[channel]["Taken"], block[channel]["Waiting"]) == (False, 0)
 
 
 @_BOTH
 def test_the_turn_after_the_last_number_is_a_new_one(channel: str) -> None:
-    """Tickets go on from 65535 to 0.
-
-    Source: RCX_CHANNEL
-    """
+    """Tickets go on from 65535 to 0. Source: RCX_CHANNEL."""
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = 65535
-    block[f"Robot.Inner.{channel}.NextTicket"] = 1
-    block.scan(3)
+    block.change(f"Robot.Inner.{channel}.NextTicket", to=1, scans=3)
     assert block[channel]["Held"] == 20
-    block[f"Robot.Inner.{channel}.Serving"] = 0
-    block.scan()
+    block.change(f"Robot.Inner.{channel}.Serving", to=0)
     assert block[channel]["Held"] == 0
 
 
@@ -175,8 +161,7 @@ def test_the_turn_after_the_last_number_is_a_new_one(channel: str) -> None:
 def test_a_turn_above_its_limit_is_stuck(channel: str, limit: int) -> None:
     block = Channels()
     block[f"Block.{channel}Limit"] = limit
-    block[f"Robot.Inner.{channel}.NextTicket"] = 1
-    block.scan()
+    block.change(f"Robot.Inner.{channel}.NextTicket", to=1)
     block.scan(after_ms=limit)
     assert block[channel]["Held"] == limit
     assert not block[channel]["Stuck"]
@@ -186,8 +171,7 @@ def test_a_turn_above_its_limit_is_stuck(channel: str, limit: int) -> None:
     assert block["Stuck"]
     other = "Sequence" if channel == "Command" else "Command"
     assert not block[other]["Stuck"]
-    block[f"Robot.Inner.{channel}.Serving"] = 1
-    block.scan()
+    block.change(f"Robot.Inner.{channel}.Serving", to=1)
     assert not block[channel]["Stuck"]
     assert not block["Stuck"]
 
@@ -200,8 +184,7 @@ def test_the_limit_is_a_minute_and_zero_is_none(
     block = Channels()
     if limit is not None:
         block[f"Block.{channel}Limit"] = limit
-    block[f"Robot.Inner.{channel}.NextTicket"] = 1
-    block.scan()
+    block.change(f"Robot.Inner.{channel}.NextTicket", to=1)
     block.scan(2, after_ms=30_000)
     assert block[channel]["Held"] == 60_000
     assert not block["Stuck"]
@@ -215,23 +198,17 @@ def test_the_longest_turn_is_kept_until_reset(channel: str) -> None:
     for serving, holder, scans in ((0, 0x0001, 3), (1, 0x0012, 6), (2, 0x0015, 6)):
         block[f"Robot.Inner.{channel}.Serving"] = serving
         block[f"Robot.Inner.{channel}.NextTicket"] = serving + 1
-        block[f"Robot.Inner.{channel}.Holder"] = holder
-        block.scan(scans)
+        block.change(f"Robot.Inner.{channel}.Holder", to=holder, scans=scans)
     assert (block[channel]["Longest"], block[channel]["LongestHolder"]) == (50, 0x0012)
-    block["Block.Reset"] = True
-    block.scan()
+    block.change("Block.Reset", to=True)
     assert (block[channel]["Longest"], block[channel]["LongestHolder"]) == (0, 0)
-    block["Block.Reset"] = False
-    block.scan()
+    block.change("Block.Reset", to=False)
     assert (block[channel]["Longest"], block[channel]["LongestHolder"]) == (70, 0x0015)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine: str) -> None:
-    """Three blocks in one scan: the first is served, two wait; then its call is left out.
-
-    Source: guide chapter 2: a command is held to its end.
-    """
+    """Source: guide chapter 2: a command is held to its end."""
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine, contract=False)
     plc.power_up()
     for name, code in (("Command", 0x1001), ("Second", 0x0505), ("Third", 0x0506)):
@@ -242,12 +219,10 @@ def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine
     assert (turn["Taken"], turn["Holder"], turn["Waiting"]) == (True, 0x1001, 2)
     assert not turn["Orphan"]
     plc.answer(0x0100)
-    plc["CallCommand"] = False
-    plc.scan(2)
+    plc.change("CallCommand", to=False, scans=2)
     assert plc["Channels.Command.Orphan"]
     assert plc["Channels.Command.Held"] == 40
-    plc.answer(0x0200)
-    plc.scan(2)
+    plc.answer(0x0200, scans=2)
     assert not plc["Channels.Command.Orphan"]
     assert plc["Channels.Command.Waiting"] == 1
     assert not plc["Channels.Sequence.Taken"]
@@ -257,18 +232,13 @@ def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine
 def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_story(
     engine: str,
 ) -> None:
-    """Servo on: SI(01) ON, SO(02) ON, SI(01) OFF.
-
-    Source: manual chapter 5, 3.1
-    """
+    """Servo on: SI(01) ON, SO(02) ON, SI(01) OFF. Source: manual chapter 5, 3.1."""
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
     plc.power_up()
-    plc["ServoOn.Execute"] = True
-    plc.scan(14)
+    plc.change("ServoOn.Execute", to=True, scans=14)
     turn = plc["Channels.Sequence"]
     assert (turn["Taken"], turn["Holder"], turn["Waiting"]) == (True, 0x0001, 0)
-    plc.outputs(SO02=True)
-    plc.scan(16)
+    plc.outputs(SO02=True, scans=16)
     rows = [(row["Kind"], row["Number"], row["Result"]) for row in plc["Recorder.Rows"]]
     assert rows[:3] == [("LOG_INPUT", 1, 0), ("LOG_OUTPUT", 2, 1), ("LOG_INPUT", 1, 1)]
     assert not plc["Channels.Sequence.Taken"]
@@ -279,23 +249,17 @@ def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_s
 def test_a_command_that_ends_abnormally_is_in_the_log_with_the_error_of_its_block(
     engine: str,
 ) -> None:
-    """Data goes out in the first scan, the code in the second: the recorder counts from there.
-
-    Source: guide chapters 1 and 2.
-    """
+    """Source: guide chapters 1 and 2."""
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
     plc.power_up()
     plc["Command.Code"] = 0x1001
     plc["Command.Data"] = [4, 0, 50, 19, *[0] * 11]
-    plc["Command.Execute"] = True
-    plc.scan(2)
+    plc.change("Command.Execute", to=True, scans=2)
     assert plc.words[0] == 0x1001
     assert (plc["Recorder.Code"], plc["Recorder.Running"]) == (0x1001, 0)
-    plc.answer(0x0100)
-    plc.scan(5)
+    plc.answer(0x0100, scans=5)
     assert plc["Recorder.Running"] == 50
-    plc.answer(0x4000, [2, 334])
-    plc.scan()
+    plc.answer(0x4000, [2, 334], scans=1)
     command, error = plc["Recorder.Rows"][1], plc["Recorder.Rows"][0]
     assert (command["Number"], command["Result"]) == (0x1001, 0x4000)
     assert (command["Group"], command["Category"], command["Duration"]) == (2, 334, 60)

@@ -43,17 +43,14 @@ def test_a_command_is_kept_at_its_end_with_its_status_and_how_long_it_was_out(
 
 def test_the_command_that_is_out_is_shown_with_its_time(recorder: Recorder) -> None:
     recorder["Robot.Inner.Code"] = 0x0505
-    recorder["Robot.Inner.Phase"] = "PHASE_COMMAND_DATA"
-    recorder.scan(2)
+    recorder.change("Robot.Inner.Phase", to="PHASE_COMMAND_DATA", scans=2)
     assert recorder["Code"] == 0
-    recorder["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN"
-    recorder.scan(1)
+    recorder.change("Robot.Inner.Phase", to="PHASE_COMMAND_RUN")
     assert (recorder["Code"], recorder["Running"]) == (0x0505, 0)
     recorder.scan(4)
     assert (recorder["Code"], recorder["Running"]) == (0x0505, 40)
     assert recorder["Count"] == 2
-    recorder["Robot.Inner.Phase"] = "PHASE_STATUS_RESET"
-    recorder.scan()
+    recorder.change("Robot.Inner.Phase", to="PHASE_STATUS_RESET")
     assert (recorder["Code"], recorder["Running"]) == (0, 0)
     assert recorder["Rows"][0]["Duration"] == 50
 
@@ -73,10 +70,7 @@ def test_an_abnormal_end_brings_its_alarm_and_is_a_fault_with_the_words_of_the_c
 
 
 def test_only_an_abnormal_end_has_an_alarm(recorder: Recorder) -> None:
-    """The words of a normal end are its response.
-
-    Source: guide chapter 1, 1.2
-    """
+    """The words of a normal end are its response. Source: guide chapter 1, 1.2."""
     recorder.command(0x0200, Response=[2, 334, *[0] * 13])
     assert (recorder["Rows"][0]["Group"], recorder["Rows"][0]["Category"]) == (0, 0)
 
@@ -145,10 +139,7 @@ _BITS = [
 def test_each_change_of_a_dedicated_bit_is_kept_by_the_number_of_the_manual(
     recorder: Recorder, direction: str, signal: spec.Signal
 ) -> None:
-    """SO(00) and SO(03) that come ON are faults, and no other change is.
-
-    Source: manual chapter 5, 2
-    """
+    """Source: manual chapter 5, 2."""
     kind = {"SO": "LOG_OUTPUT", "SI": "LOG_INPUT"}[direction]
     number = int(signal.short[2:], 16)
     path = f"Robot.{direction}.{signal.name}"
@@ -156,8 +147,7 @@ def test_each_change_of_a_dedicated_bit_is_kept_by_the_number_of_the_manual(
         recorder[f"Robot.{other}.{one.name}"] = one is not signal and one.short != "SO03"
     level = signal.short == "SO01"
     recorder[path] = level
-    recorder["Robot.SO.SO00_EmergencyStop"] = False
-    recorder.scan()
+    recorder.change("Robot.SO.SO00_EmergencyStop", to=False)
     before = recorder["Total"]
     for result in (not level, level):
         recorder[path] = result
@@ -189,13 +179,11 @@ def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_change
     """Source: manual chapter 1, 5: no communication in the error state."""
     recorder["Robot.Connected"] = False
     recorder["Robot.SO.SO01_CpuOk"] = False
-    recorder["Robot.SI.SI06_Stop"] = True
-    recorder.scan(3)
+    recorder.change("Robot.SI.SI06_Stop", to=True, scans=3)
     assert recorder.rows()[:2] == [("LOG_INPUT", 6, 1), ("LOG_LINK", 0, 0)]
     recorder["Robot.Connected"] = True
     recorder["Robot.SO.SO01_CpuOk"] = True
-    recorder["Robot.SO.SO00_EmergencyStop"] = True
-    recorder.scan(3)
+    recorder.change("Robot.SO.SO00_EmergencyStop", to=True, scans=3)
     assert recorder.rows()[:2] == [("LOG_OUTPUT", 0, 1), ("LOG_LINK", 0, 1)]
     assert recorder["Count"] == 6
     assert short(recorder["Fault"]) == ("LOG_LINK", 0, 0)
@@ -209,8 +197,7 @@ def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
     Source: manual chapter 1, 5: SI(00) and SI(06) are OFF in the error state.
     """
     recorder["Robot.SO.SO00_EmergencyStop"] = True
-    recorder["Robot.SI.SI00_EmergencyStop"] = True
-    recorder.scan()
+    recorder.change("Robot.SI.SI00_EmergencyStop", to=True)
     before = recorder["Total"]
     for path in ("Connected", "SO.SO01_CpuOk", "SO.SO00_EmergencyStop", "SI.SI00_EmergencyStop"):
         recorder[f"Robot.{path}"] = False
@@ -227,14 +214,11 @@ def test_what_is_on_when_the_link_comes_is_kept_but_is_no_fault() -> None:
     recorder = Recorder()
     recorder["Robot.Connected"] = True
     recorder["Robot.SO.SO00_EmergencyStop"] = True
-    recorder["Robot.SO.SO03_Alarm"] = True
-    recorder.scan()
+    recorder.change("Robot.SO.SO03_Alarm", to=True)
     assert recorder.rows() == [("LOG_OUTPUT", 3, 1), ("LOG_OUTPUT", 0, 1), ("LOG_LINK", 0, 1)]
     assert recorder["Fault"]["Kind"] == "LOG_NOTHING"
-    recorder["Robot.SO.SO03_Alarm"] = False
-    recorder.scan()
-    recorder["Robot.SO.SO03_Alarm"] = True
-    recorder.scan()
+    recorder.change("Robot.SO.SO03_Alarm", to=False)
+    recorder.change("Robot.SO.SO03_Alarm", to=True)
     assert short(recorder["Fault"]) == ("LOG_OUTPUT", 3, 1)
 
 
@@ -251,8 +235,7 @@ def test_time_is_counted_in_milliseconds_since_the_first_call(recorder: Recorder
 def test_each_new_error_of_a_block_is_kept_and_is_a_fault(recorder: Recorder) -> None:
     """Source: docs/reference/errors.md."""
     for error in (0x8010, 0x8010, 0, 0, 0x8010, 0x8003, 0):
-        recorder["BlockError"] = error
-        recorder.scan()
+        recorder.change("BlockError", to=error)
     assert recorder.rows()[:4] == [
         ("LOG_ERROR", 0, 0x8003),
         ("LOG_ERROR", 0, 0x8010),

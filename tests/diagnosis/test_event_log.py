@@ -29,8 +29,7 @@ def test_the_oldest_entries_make_room_and_a_page_shows_eight(recorder: Recorder)
         (8, range(320, 240, -10)),
         (24, range(160, 80, -10)),
     ):
-        recorder["First"] = first
-        recorder.scan()
+        recorder.change("First", to=first)
         assert [row["Moment"] for row in recorder["Rows"]] == list(moments), first
 
 
@@ -49,8 +48,7 @@ def test_the_oldest_entries_make_room_and_a_page_shows_eight(recorder: Recorder)
 )
 def test_rows_beyond_the_log_are_empty(recorder: Recorder, first: int, shown: list[int]) -> None:
     recorder.edges(40)
-    recorder["First"] = first
-    recorder.scan()
+    recorder.change("First", to=first)
     assert [row["Moment"] for row in recorder["Rows"]] == shown
     empty = [row["Kind"] == "LOG_NOTHING" for row in recorder["Rows"]]
     assert empty == [moment == 0 for moment in shown]
@@ -60,8 +58,7 @@ def test_a_smaller_log_keeps_fewer_entries() -> None:
     """Source: RCX_LOG: LogSize is the number of its entries."""
     recorder = Recorder()
     recorder["LogSize"] = 3
-    recorder["Robot.Connected"] = True
-    recorder.scan()
+    recorder.change("Robot.Connected", to=True)
     recorder.edges(4)
     assert (recorder["Count"], recorder["Total"]) == (3, 5)
     assert [row["Moment"] for row in recorder["Rows"]] == [40, 30, 20, 0, 0, 0, 0, 0]
@@ -83,18 +80,14 @@ def test_a_log_that_becomes_smaller_stays_within_its_bounds(
 # ---- freezing
 
 
-def test_while_it_is_frozen_nothing_is_kept_and_nothing_is_made_up_for(
-    recorder: Recorder,
-) -> None:
+def test_while_it_is_frozen_nothing_is_kept_and_nothing_is_made_up_for(recorder: Recorder) -> None:
     recorder["Freeze"] = True
     recorder.edges(1)
     recorder.command(0x0200)
-    recorder["BlockError"] = 0x8010
-    recorder.scan()
+    recorder.change("BlockError", to=0x8010)
     assert recorder["Frozen"]
     assert recorder["Total"] == 2
-    recorder["Freeze"] = False
-    recorder.scan(2)
+    recorder.change("Freeze", to=False, scans=2)
     assert not recorder["Frozen"]
     assert recorder["Total"] == 2
     recorder.edges(1)
@@ -103,8 +96,7 @@ def test_while_it_is_frozen_nothing_is_kept_and_nothing_is_made_up_for(
 
 def test_a_fault_is_shown_also_while_the_log_is_frozen(recorder: Recorder) -> None:
     recorder["Freeze"] = True
-    recorder["Robot.SO.SO03_Alarm"] = True
-    recorder.scan()
+    recorder.change("Robot.SO.SO03_Alarm", to=True)
     assert short(recorder["Fault"]) == ("LOG_OUTPUT", 3, 1)
 
 
@@ -114,8 +106,7 @@ def test_a_fault_freezes_the_log_once_so_many_more_entries_have_come(
 ) -> None:
     recorder["FreezeOnFault"] = True
     recorder["After"] = after
-    recorder["Robot.SO.SO03_Alarm"] = True
-    recorder.scan()
+    recorder.change("Robot.SO.SO03_Alarm", to=True)
     for _ in range(after):
         assert not recorder["Frozen"]
         recorder.edges(1)
@@ -128,8 +119,7 @@ def test_a_fault_freezes_the_log_once_so_many_more_entries_have_come(
 
 def test_eight_more_entries_are_kept_unless_another_number_is_given(recorder: Recorder) -> None:
     recorder["FreezeOnFault"] = True
-    recorder["BlockError"] = 0x8001
-    recorder.scan()
+    recorder.change("BlockError", to=0x8001)
     recorder.edges(20)
     assert recorder["Total"] == 3 + 8
 
@@ -138,8 +128,7 @@ def test_a_second_fault_does_not_move_the_end(recorder: Recorder) -> None:
     recorder["FreezeOnFault"] = True
     recorder["After"] = 3
     for error in (0x8001, 0x8002, 0x8003, 0x8004, 0x8005):
-        recorder["BlockError"] = error
-        recorder.scan()
+        recorder.change("BlockError", to=error)
     assert recorder["Frozen"]
     assert recorder.rows()[0] == ("LOG_ERROR", 0, 0x8004)
     assert short(recorder["Fault"]) == ("LOG_ERROR", 0, 0x8001)
@@ -147,8 +136,7 @@ def test_a_second_fault_does_not_move_the_end(recorder: Recorder) -> None:
 
 def test_without_the_wish_a_fault_does_not_freeze_the_log(recorder: Recorder) -> None:
     recorder["After"] = 0
-    recorder["BlockError"] = 0x8001
-    recorder.scan()
+    recorder.change("BlockError", to=0x8001)
     recorder.edges(20)
     assert not recorder["Frozen"]
     assert recorder["Total"] == 23
@@ -168,16 +156,14 @@ def test_resume_forgets_the_fault_and_records_again(recorder: Recorder) -> None:
     recorder["Robot.Inner.Data"] = [3] * 15
     recorder.command(0x4000)
     assert recorder["Frozen"]
-    recorder["Resume"] = True
-    recorder.scan()
+    recorder.change("Resume", to=True)
     assert not recorder["Frozen"]
     assert recorder["Fault"]["Kind"] == "LOG_NOTHING"
     assert (recorder["FaultCode"], recorder["FaultData"]) == (0, [0] * 15)
     recorder.edges(1)
     assert recorder["Total"] == 4
 
-    recorder["BlockError"] = 0x8012
-    recorder.scan(3)
+    recorder.change("BlockError", to=0x8012, scans=3)
     assert recorder["Frozen"], "Resume is an edge: it is still TRUE"
     assert short(recorder["Fault"]) == ("LOG_ERROR", 0, 0x8012)
 
@@ -186,8 +172,7 @@ def test_a_fault_in_the_scan_of_resume_is_a_new_one(recorder: Recorder) -> None:
     recorder.command(0x4000, code=0x1001)
     recorder.command(0x0200, code=0x1002)
     recorder["Resume"] = True
-    recorder["BlockError"] = 0x8012
-    recorder.scan()
+    recorder.change("BlockError", to=0x8012)
     assert short(recorder["Fault"]) == ("LOG_ERROR", 0, 0x8012)
     assert recorder["FaultCode"] == 0x1002
 

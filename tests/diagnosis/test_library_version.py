@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import tempfile
 from importlib import metadata
 from pathlib import Path
 
 import pytest
 
-from plc_bench import LIBRARY
+from plc_bench import compiled
 from rcx_harness.cell.exports import export
 from rcx_tools.library.version import version, version_number
-from structured_text.engines import build
 from structured_text.errors import InputError
 from structured_text.export import TARGETS
-from structured_text.projects.needed import needed
 
 _PROGRAM = """PROGRAM Versions
   VAR
@@ -30,10 +27,7 @@ END_PROGRAM
 @pytest.mark.parametrize("engine", ["auto", "builtin"])
 def test_it_gives_the_version_of_the_package(engine: str) -> None:
     """0.1.0 is 100: two digits for each of minor and patch."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "Versions.st"
-        file.write_text(_PROGRAM, encoding="utf-8")
-        program = build([file, *needed([file], LIBRARY)], engine).program
+    program = compiled(_PROGRAM, engine)
     found = []
     for scan, part in enumerate((0, 1, 2, 3, 4, -1)):
         program.write("Main.Part", part)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -146,3 +147,21 @@ def owned(device: exchange_bench.Device) -> exchange_bench.Device:
     """With an exclusive owner, opened at 0."""
     device.exchange.add(exchange_bench.OWNER, 0)
     return device
+
+
+@pytest.fixture
+def processes(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen[str]]]:
+    """Every process of an adapter that is started during the test."""
+    started: list[subprocess.Popen[str]] = []
+    popen = subprocess.Popen
+
+    def recording(*args: Any, **kwargs: Any) -> subprocess.Popen[str]:
+        started.append(popen(*args, **kwargs))
+        return started[-1]
+
+    monkeypatch.setattr("rcx_harness.enip.child.subprocess.Popen", recording)
+    yield started
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+            process.wait()

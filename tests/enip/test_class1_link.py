@@ -30,14 +30,10 @@ def eventually(link: Class1Link, condition: Callable[[], bool]) -> None:
     raise AssertionError("not within 100,000 requests")
 
 
-def test_it_is_a_link_and_both_areas_are_zero_at_first(link: Class1Link) -> None:
+def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: Class1Link) -> None:
     assert isinstance(link, Link)
     assert (link.name, link.size) == ("enip", 48)
-    assert link.scanner_read() == bytes(48)
-    assert link.robot_read() == bytes(48)
-
-
-def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: Class1Link) -> None:
+    assert link.scanner_read() == link.robot_read() == bytes(48)
     link.scanner_write(bytes(range(48)))
     link.robot_write(bytes(range(100, 148)))
     assert not link.scanner.read().connected
@@ -60,6 +56,6 @@ def test_one_millisecond_is_accepted() -> None:
         link.close()
 
 
-def test_what_the_scanner_cannot_ask_for_is_refused_and_leaves_no_process() -> None:
+def test_a_refused_interval_leaves_no_process() -> None:
     with pytest.raises(InputError, match="a packet interval of 10 us"):
         Class1Link(48, 10, address=ADDRESS)

@@ -84,7 +84,7 @@ def test_requests_are_the_bytes_of_the_protocol() -> None:
     ]
 
 
-def test_nobody_there_is_one_clear_message() -> None:
+def test_a_missing_adapter_is_one_clear_message() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         host, port = server.getsockname()
     with pytest.raises(InputError, match=f"no connection .* at {host}:{port}.*is it running"):
@@ -92,7 +92,7 @@ def test_nobody_there_is_one_clear_message() -> None:
 
 
 @pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70000), ("not..a.name", 1)])
-def test_an_address_that_is_none_is_reported(host: str, port: int) -> None:
+def test_an_invalid_address_is_reported(host: str, port: int) -> None:
     with pytest.raises(EnipError, match=f"no connection .* at {host}:{port}"):
         Client(host, port)
 

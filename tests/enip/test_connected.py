@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from forward_open_bytes import forward_close, forward_open, opened, refused
+from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refused
 from rcx_harness.enip.target.connection_manager import Origin
 from rcx_harness.enip.target.device import Session
 
@@ -70,7 +70,7 @@ def test_a_refused_request_gets_its_status(connected: Session) -> None:
         unit(""),
     ],
 )
-def test_what_belongs_to_no_connection_or_is_no_request_has_no_reply(
+def test_a_message_of_no_connection_or_without_request_has_no_reply(
     connected: Session, frame: bytes
 ) -> None:
     assert connected.receive(frame) == b""
@@ -112,8 +112,7 @@ def test_malformed_data_are_refused(connected: Session, data: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("o_to_t", "t_to_o", "answer"),
-    [("0942", "F843", "8E00 1500"), ("F843", "0742", "8E00 1100")],
+    ("o_to_t", "t_to_o", "answer"), [("0942", "F843", "8E00 1500"), ("F843", "0742", "8E00 1100")]
 )
 def test_messages_and_replies_fit_the_connections_size(
     bench: Any, registered: Session, o_to_t: str, t_to_o: str, answer: str
@@ -160,9 +159,14 @@ def test_a_large_connection_has_4002_bytes_at_most(bench: Any) -> None:
     assert bench.ask(forward_open(**{**large, "o_to_t": "A20F0042"})) == opened(service="DB")
 
 
-def test_it_is_closed_by_a_forward_close(connected: Session, bench: Any) -> None:
-    assert bench.ask(forward_close(path="2002 2401"))[:4] == bytes.fromhex("CE00 0000")
+@pytest.mark.parametrize("path", ["2002 2401", ""])
+def test_it_is_closed_by_its_triad_whatever_the_path(
+    connected: Session, bench: Any, path: str
+) -> None:
+    """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close)."""
+    assert bench.ask(forward_close(path=path)) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
     assert connected.receive(unit(f"0100 {GET_SIZE}")) == b""
+    assert bench.ask(forward_close(path=path)) == refused("0701", "CE")
 
 
 def test_it_is_closed_with_its_session(connected: Session, bench: Any) -> None:

@@ -26,7 +26,7 @@ def origin(peer: str = "192.168.0.10", **addresses: str) -> Origin:
     return Origin(peer, "192.168.0.2", 1, items)
 
 
-def test_an_exclusive_owner_is_opened_and_the_cyclic_part_told(bench: Any) -> None:
+def test_an_exclusive_owner_is_opened_and_passed_to_the_cyclic_part(bench: Any) -> None:
     """48 bytes each way, with sequence count, and the run/idle header to the robot.
 
     Source: manual chapter 1, 4.1
@@ -313,7 +313,7 @@ def test_the_originator_may_choose_its_udp_port(bench: Any) -> None:
         "0002 1234 00000000",  # too short
     ],
 )
-def test_packets_go_to_nobody_else(bench: Any, item: str) -> None:
+def test_packets_are_sent_to_no_third_address(bench: Any, item: str) -> None:
     """Extended status 0x205."""
     assert bench.ask(forward_open(), origin(x8001=item)) == refused("0502")
     assert bench.cyclic.added == []
@@ -346,13 +346,6 @@ def test_a_connection_is_closed_by_its_triad_whatever_the_path(bench: Any, path:
     assert bench.cyclic.removed == [1]
     assert not bench.device.connections.is_owned
     assert bench.ask(forward_close(path=path)) == refused("0701", "CE")
-
-
-def test_an_explicit_connection_is_closed_by_its_triad_too(bench: Any) -> None:
-    """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close)."""
-    bench.ask(forward_open(transport="A3", path="2002 2401", o_to_t="F843", t_to_o="F843"))
-    assert bench.ask(forward_close(path="")) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
-    assert bench.ask(forward_close(path="")) == refused("0701", "CE")
 
 
 @pytest.mark.parametrize(

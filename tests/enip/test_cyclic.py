@@ -10,21 +10,8 @@ from dataclasses import replace
 
 import pytest
 
-from exchange_bench import (
-    DATA,
-    IMAGE,
-    INPUT_ONLY,
-    MASTER,
-    OTHER,
-    OWNER,
-    Device,
-    packet,
-)
-from rcx_harness.enip.cyclic.connections import (
-    ConnectionParameters,
-    EndReason,
-    OwnerState,
-)
+from exchange_bench import DATA, IMAGE, INPUT_ONLY, MASTER, OTHER, OWNER, Device, packet
+from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason, OwnerState
 from rcx_harness.enip.cyclic.journal import ConnectionEvent
 from rcx_harness.enip.cyclic.shared import Drop, SharedImages
 
@@ -97,7 +84,7 @@ def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> Non
 
 
 @pytest.mark.parametrize("before", [[], [0]])
-def test_who_sees_the_state_run_finds_its_data(
+def test_data_is_there_when_the_state_run_is_published(
     owned: Device, monkeypatch: pytest.MonkeyPatch, before: list[int]
 ) -> None:
     """At the moment RUN is published, at first and after idle, the data stands there already."""
@@ -116,7 +103,7 @@ def test_who_sees_the_state_run_finds_its_data(
     assert seen[-1] == (OwnerState.RUN, IMAGE)
 
 
-def test_what_is_told_of_an_arrival_is_told_after_its_data(
+def test_an_arrival_is_published_after_its_data(
     owned: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[bytes] = []
@@ -127,25 +114,16 @@ def test_what_is_told_of_an_arrival_is_told_after_its_data(
     assert seen == [IMAGE]
 
 
-def test_before_its_first_packet_the_owner_is_waited_for(owned: Device) -> None:
-    assert owned.owner() is OwnerState.WAITING
-
-
-def test_an_idle_master_is_shown_and_its_data_not_taken(owned: Device) -> None:
-    owned.exchange.receive(packet(1, 1, run=0), MASTER, 0)
-    assert owned.owner() is OwnerState.IDLE
-    assert owned.images.to_robot.read() == bytes(48)
-
-
 def test_the_program_stops_and_starts_again(owned: Device) -> None:
+    """Data of an idle master is not taken; the generation counts changes, not packets."""
     states = []
-    for number, run in enumerate((1, 0, 0, 1), 1):
+    for number, run in enumerate((0, 1, 0, 0, 1), 1):
         owned.exchange.receive(packet(number, number, run=run), MASTER, 0)
-        states.append(owned.owner())
-    run, idle = OwnerState.RUN, OwnerState.IDLE
-    assert states == [run, idle, idle, run]
-    # Waiting, run, idle, run: the generation counts changes, not packets.
-    assert owned.images.status().generation == 4
+        states.append((owned.owner(), owned.images.to_robot.read()))
+    run_, idle = OwnerState.RUN, OwnerState.IDLE
+    assert [state for state, _ in states] == [idle, run_, idle, idle, run_]
+    assert states[0][1] == bytes(48)
+    assert owned.images.status().generation == 5
 
 
 def test_without_run_idle_header_the_master_runs(device: Device) -> None:
@@ -172,7 +150,7 @@ def test_without_run_idle_header_the_master_runs(device: Device) -> None:
         (packet(0x70000000, 2), Drop.JUMP),
     ],
 )
-def test_what_is_dropped_is_counted_with_its_reason(
+def test_a_dropped_packet_is_counted_with_its_reason(
     owned: Device, wrong: bytes, reason: Drop
 ) -> None:
     owned.exchange.receive(packet(7, 1), MASTER, 0)
@@ -196,7 +174,7 @@ def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: D
     assert (status.received, status.drops[Drop.JUMP], status.missing) == (49, 48, 0)
 
 
-def test_the_length_of_a_packet_dropped_for_it_is_told_beside_the_right_one(owned: Device) -> None:
+def test_a_wrong_length_is_stored_beside_the_right_one(owned: Device) -> None:
     """48 bytes without the header of 4: 50 with the count of 2, where 54 are agreed."""
     wrong = bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}")
     owned.exchange.receive(wrong, MASTER, 0)
@@ -214,7 +192,7 @@ def test_a_packet_from_another_host_is_dropped_and_counted(owned: Device) -> Non
 @pytest.mark.parametrize(
     "unknown", [packet(1, 1, "99999999"), packet(1, 1, "22222222"), b"", b"\0" * 72]
 )
-def test_what_belongs_to_no_connection_is_reported_as_such(owned: Device, unknown: bytes) -> None:
+def test_a_packet_of_no_connection_is_not_received(owned: Device, unknown: bytes) -> None:
     assert not owned.exchange.receive(unknown, MASTER, 0)
     assert owned.images.status().received == 0
 
@@ -226,7 +204,7 @@ def test_packets_that_never_came_are_counted(owned: Device) -> None:
     assert (status.received, status.missing, status.dropped) == (3, 2, 0)
 
 
-def test_gaps_between_packets_are_kept(owned: Device) -> None:
+def test_gaps_between_packets_are_stored(owned: Device) -> None:
     for number, now_us in enumerate((0, 10_100, 19_900), 1):
         owned.exchange.receive(packet(number, number), MASTER, now_us)
     assert owned.images.gaps_us() == [10_100, 9_800]
@@ -235,21 +213,24 @@ def test_gaps_between_packets_are_kept(owned: Device) -> None:
 # The end of connections
 
 
-def test_an_owner_who_never_sends_gives_way_after_ten_seconds(device: Device) -> None:
-    """512 intervals of 3.2 s are 1,638.4 s."""
-    patient = replace(OWNER, o_to_t_api_us=3_200_000, multiplier=7, first_packet_us=10_000_000)
-    device.exchange.add(patient, 0)
+@pytest.mark.parametrize(
+    "owner",
+    [
+        pytest.param(OWNER, id="whose time-out is 160 ms"),
+        pytest.param(
+            replace(OWNER, o_to_t_api_us=3_200_000, multiplier=7, first_packet_us=10_000_000),
+            id="whose time-out is 512 intervals of 3.2 s",
+        ),
+    ],
+)
+def test_an_owner_who_never_sends_gives_way_after_ten_seconds(
+    device: Device, owner: ConnectionParameters
+) -> None:
+    device.exchange.add(owner, 0)
     device.poll(9_999_999)
     assert device.ended == []
     device.poll(10_000_000)
     assert device.ended == [(1, EndReason.TIMED_OUT)]
-
-
-def test_the_first_packet_has_ten_seconds(owned: Device) -> None:
-    owned.poll(9_999_999)
-    assert owned.ended == []
-    owned.poll(10_000_000)
-    assert owned.ended == [(1, EndReason.TIMED_OUT)]
 
 
 @pytest.mark.parametrize(("multiplier", "intervals"), [(0, 4), (2, 16), (5, 128), (7, 512)])
@@ -295,35 +276,28 @@ def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
     assert len(device.sent) == 2
 
 
-def test_the_robot_falls_silent_when_the_master_does(owned: Device) -> None:
+def test_after_the_time_out_nothing_is_sent_and_nothing_is_taken(owned: Device) -> None:
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.poll(160_000)
     owned.destinations()
+    assert not owned.exchange.receive(packet(2, 2), MASTER, 161_000)
+    assert owned.owner() is OwnerState.TIMED_OUT
     assert owned.poll(170_000) is None
     assert owned.destinations() == []
     assert owned.images.status().connections == 0
 
 
-def test_a_packet_after_the_time_out_belongs_to_nobody(owned: Device) -> None:
-    owned.exchange.receive(packet(1, 1), MASTER, 0)
-    owned.poll(160_000)
-    assert not owned.exchange.receive(packet(2, 2), MASTER, 161_000)
-    assert owned.owner() is OwnerState.TIMED_OUT
-
-
 def test_a_closed_connection_ends_without_report(owned: Device) -> None:
+    """To close a connection that is not open does no harm."""
     owned.exchange.receive(packet(1, 1), MASTER, 0)
+    owned.exchange.remove(99, 0)
+    assert owned.images.status().owners == 1
     owned.exchange.remove(1, 0)
     assert owned.owner() is OwnerState.CLOSED
     assert owned.ended == []
     assert owned.poll(20_000) is None
     assert owned.destinations() == []
     assert not owned.exchange.receive(packet(2, 2), MASTER, 0)
-
-
-def test_closing_what_is_not_open_does_no_harm(owned: Device) -> None:
-    owned.exchange.remove(99, 0)
-    assert owned.images.status().owners == 1
 
 
 def test_the_owner_comes_again_after_a_time_out(owned: Device) -> None:
@@ -353,7 +327,7 @@ def told(device: Device) -> list[tuple[int, str, str, str, int]]:
     return [(one.at_us, one.kind.value, one.state, one.peer, one.readers) for one in events]
 
 
-def test_each_change_of_each_connection_is_told_once_with_its_own_time(device: Device) -> None:
+def test_each_change_of_a_connection_is_one_entry_with_its_own_time(device: Device) -> None:
     device.exchange.add(OWNER, 1_000)
     device.exchange.receive(packet(1, 1), MASTER, 2_000)
     device.exchange.receive(packet(2, 2), MASTER, 12_000)

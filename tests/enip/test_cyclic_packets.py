@@ -9,19 +9,10 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.enip.cyclic.exchange import (
-    Arrival,
-    Consumer,
-    Packet,
-    Producer,
-    decode_packet,
-)
+from rcx_harness.enip.cyclic.exchange import Arrival, Consumer, Packet, Producer, decode_packet
 from rcx_harness.enip.cyclic.shared import Drop
 
-
-def hexa(text: str) -> bytes:
-    """Bytes from hexadecimal digits; blanks are for the reader."""
-    return bytes.fromhex(text)
+hexa = bytes.fromhex
 
 
 def producer(size: int = 4, run_idle: bool = False, api_us: int = 10_000) -> Producer:
@@ -32,26 +23,21 @@ def consumer(size: int = 4, run_idle: bool = True, timeout_us: int = 160_000) ->
     return Consumer(size, run_idle, timeout_us, now_us=0)
 
 
-def test_the_robots_packet_carries_a_sequence_count_and_the_data_and_no_header() -> None:
-    """T to O is modeless."""
-    out = producer()
-    out.renew(hexa("A1A2A3A4"), version=1, run=False)
-    assert out.packet() == hexa("0200 0280 0800 44332211 01000000 B100 0600 0100 A1A2A3A4")
-
-
-@pytest.mark.parametrize(("run", "header"), [(True, "01000000"), (False, "00000000")])
-def test_the_masters_packet_carries_the_run_idle_header(run: bool, header: str) -> None:
-    out = producer(run_idle=True)
+@pytest.mark.parametrize(
+    ("size", "run_idle", "run", "content"),
+    [
+        pytest.param(4, False, False, "0600 0100 A1A2A3A4", id="the robot's: no header, modeless"),
+        pytest.param(4, True, True, "0A00 0100 01000000 A1A2A3A4", id="a running master's"),
+        pytest.param(4, True, False, "0A00 0100 00000000 A1A2A3A4", id="an idle master's"),
+        pytest.param(0, False, True, "0200 0100", id="a heartbeat: the sequence count alone"),
+    ],
+)
+def test_a_packet_carries_a_sequence_count_the_header_and_the_data(
+    size: int, run_idle: bool, run: bool, content: str
+) -> None:
+    out = producer(size, run_idle)
     out.renew(hexa("A1A2A3A4"), version=1, run=run)
-    assert out.packet() == hexa(
-        f"0200 0280 0800 44332211 01000000 B100 0A00 0100 {header} A1A2A3A4"
-    )
-
-
-def test_a_heartbeat_is_a_sequence_count_alone() -> None:
-    out = producer(size=0)
-    out.renew(hexa("A1A2A3A4"), version=1, run=True)
-    assert out.packet() == hexa("0200 0280 0800 44332211 01000000 B100 0200 0100")
+    assert out.packet() == hexa(f"0200 0280 0800 44332211 01000000 B100 {content}")
 
 
 def test_the_long_count_is_that_of_packets_and_the_short_one_that_of_new_data() -> None:
@@ -93,17 +79,12 @@ def test_packets_are_due_at_multiples_of_the_interval_however_late_each_is() -> 
     assert due == [0, 2_000, 4_000, 6_000]
 
 
-def test_after_a_stall_nothing_is_made_up_for() -> None:
-    """Three packets whose time has passed fall out; the next is due at its own time."""
+@pytest.mark.parametrize(("now_us", "lost", "due_us"), [(2_000, 1, 4_000), (7_900, 3, 8_000)])
+def test_after_a_stall_nothing_is_made_up_for(now_us: int, lost: int, due_us: int) -> None:
+    """Packets whose time has passed fall out; the next is due at its own time."""
     out = producer(api_us=2_000)
-    assert out.advance(7_900) == 3
-    assert out.due_us == 8_000
-
-
-def test_exactly_one_interval_late_is_one_packet_lost() -> None:
-    out = producer(api_us=2_000)
-    assert out.advance(2_000) == 1
-    assert out.due_us == 4_000
+    assert out.advance(now_us) == lost
+    assert out.due_us == due_us
 
 
 def test_a_datagram_is_taken_apart() -> None:
@@ -133,22 +114,14 @@ def test_a_length_that_is_not_the_datagrams_leaves_no_content(tail: str) -> None
     assert decode_packet(datagram) == Packet(0x11223344, 5, None)
 
 
-def test_data_of_a_running_master_is_taken() -> None:
-    assert consumer().take(7, hexa("0100 01000000 A1A2A3A4"), 0) == Arrival(
-        hexa("A1A2A3A4"), run=True, missing=0
-    )
-
-
-def test_an_idle_master_brings_no_data() -> None:
-    assert consumer().take(7, hexa("0100 00000000 A1A2A3A4"), 0) == Arrival(None, False, 0)
-
-
-def test_of_the_header_only_the_lowest_bit_counts() -> None:
-    """The other bits are the redundant owner's and reserved."""
-    taken = consumer().take(7, hexa("0100 FEFFFFFF A1A2A3A4"), 0)
-    assert taken == Arrival(None, False, 0)
-    taken = consumer().take(7, hexa("0100 FFFFFFFF A1A2A3A4"), 0)
-    assert taken == Arrival(hexa("A1A2A3A4"), True, 0)
+@pytest.mark.parametrize(
+    ("header", "run"),
+    [("01000000", True), ("00000000", False), ("FEFFFFFF", False), ("FFFFFFFF", True)],
+)
+def test_data_is_taken_of_a_running_master_alone(header: str, run: bool) -> None:
+    """Only the lowest bit of the header counts; others are the redundant owner's and reserved."""
+    taken = consumer().take(7, hexa(f"0100 {header} A1A2A3A4"), 0)
+    assert taken == Arrival(hexa("A1A2A3A4") if run else None, run, 0)
 
 
 def test_the_same_short_count_is_no_new_data_but_keeps_the_connection() -> None:
@@ -247,11 +220,7 @@ def test_the_short_count_may_wrap_and_jump_as_it_likes() -> None:
 @pytest.mark.parametrize(
     ("last", "number", "missing"),
     [
-        (7, 8, 0),
-        (7, 10, 2),
-        (0xFFFFFFFF, 0, 0),
-        (0xFFFFFFFE, 1, 2),
-        (7, 7 + 1024, 1023),
+        *((7, 8, 0), (7, 10, 2), (0xFFFFFFFF, 0, 0), (0xFFFFFFFE, 1, 2), (7, 7 + 1024, 1023)),
         (0xFFFFFFFF, 1023, 1023),
     ],
 )
@@ -265,8 +234,7 @@ def test_a_gap_of_the_sequence_number_is_counted_also_across_its_end(
 
 
 @pytest.mark.parametrize(
-    "content",
-    ["", "0100", "0100 01000000", "0100 01000000 A1A2A3", "0100 01000000 A1A2A3A4A5"],
+    "content", ["", "0100", "0100 01000000", "0100 01000000 A1A2A3", "0100 01000000 A1A2A3A4A5"]
 )
 def test_another_length_is_dropped(content: str) -> None:
     into = consumer()
@@ -287,20 +255,18 @@ def test_a_heartbeat_may_carry_the_header_if_that_was_agreed() -> None:
     assert consumer(size=0, run_idle=False).take(7, hexa("0100 00000000"), 0) is Drop.LENGTH
 
 
-def test_the_first_packet_has_ten_seconds_the_next_ones_the_time_out() -> None:
-    into = consumer(timeout_us=160_000)
-    assert into.deadline_us == 10_000_000
-    into.take(7, hexa("0100 01000000 A1A2A3A4"), 9_999_999)
-    assert into.deadline_us == 10_159_999
-
-
-def test_a_limit_for_the_first_packet_leaves_the_time_out_of_the_next_ones() -> None:
-    """3.2 s times 512 are 1,638.4 s: not before the first packet has come."""
-    into = Consumer(4, True, 1_638_400_000, now_us=0, first_us=10_000_000)
-    assert into.deadline_us == 10_000_000
-    assert into.take(1, hexa("0100 01000000 00000000"), 5) == Arrival(bytes(4), True, 0)
-    assert into.deadline_us == 1_638_400_005
-
-
-def test_a_time_out_beyond_ten_seconds_holds_for_the_first_packet_too() -> None:
-    assert consumer(timeout_us=12_800_000).deadline_us == 12_800_000
+@pytest.mark.parametrize(
+    ("timeout_us", "options", "first_us"),
+    [
+        (160_000, {}, 10_000_000),
+        (1_638_400_000, {"first_us": 10_000_000}, 10_000_000),  # 512 times 3.2 s
+        (12_800_000, {}, 12_800_000),
+    ],
+)
+def test_the_first_packet_has_ten_seconds_or_the_time_out_the_next_ones_the_time_out(
+    timeout_us: int, options: dict[str, int], first_us: int
+) -> None:
+    into = Consumer(4, True, timeout_us, now_us=0, **options)
+    assert into.deadline_us == first_us
+    assert into.take(7, hexa("0100 01000000 A1A2A3A4"), 9_999_999)
+    assert into.deadline_us == 9_999_999 + timeout_us

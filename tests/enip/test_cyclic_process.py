@@ -20,6 +20,8 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
+import exchange_bench
+from exchange_bench import IMAGE
 from rcx_harness.enip.cyclic.connections import (
     ConnectionKind,
     ConnectionParameters,
@@ -33,33 +35,20 @@ from rcx_harness.enip.errors import EnipError
 ROBOT, MASTER, STRANGER = "127.5.0.1", "127.5.0.2", "127.5.0.3"
 GENEROUS_S = 60.0
 _IP_RECVTTL = 12  # Linux; Python has no name for it
-IMAGE = bytes(range(1, 49))
 
-OWNER = ConnectionParameters(
-    number=1,
-    kind=ConnectionKind.EXCLUSIVE_OWNER,
-    o_to_t_id=0x11111111,
-    t_to_o_id=0x22222222,
+OWNER = replace(
+    exchange_bench.OWNER,
     o_to_t_api_us=4_000,
     t_to_o_api_us=4_000,
-    o_to_t_size=48,
-    t_to_o_size=48,
     multiplier=7,
     peer=MASTER,
     destination=MASTER,
 )
 
 
-#: The owner with the longest time-out: this process may have to wait for the processor.
-PATIENT = replace(OWNER, multiplier=7)
-
-
-def packet(number: int, image: bytes = IMAGE, identifier: str = "11111111") -> bytes:
-    """A packet of the running master, its short count the same as its number."""
-    return bytes.fromhex(
-        f"0200 0280 0800 {identifier} {number.to_bytes(4, 'little').hex()}"
-        f"B100 3600 {number.to_bytes(2, 'little').hex()} 01000000 {image.hex()}"
-    )
+def packet(number: int, identifier: str = "11111111") -> bytes:
+    """Return a packet of the running master; its short count is the same as its number."""
+    return exchange_bench.packet(number, number, identifier)
 
 
 def udp(host: str) -> socket.socket:
@@ -82,7 +71,7 @@ class Target:
         self.control = CyclicControl(self.images.name, ROBOT, 0, lambda *end: self.ended.put(end))
         self.port = self.socket.getsockname()[1]
 
-    def open(self, parameters: ConnectionParameters = PATIENT) -> None:
+    def open(self, parameters: ConnectionParameters = OWNER) -> None:
         """Open a connection whose packets come to the master's socket."""
         self.control.add(replace(parameters, destination_port=self.port))
 
@@ -127,13 +116,6 @@ def test_packets_come_in_sequence_with_the_robots_outputs(target: Target) -> Non
     ]
 
 
-def test_the_masters_packets_arrive_in_assembly_150(target: Target) -> None:
-    target.open()
-    target.send(packet(1))
-    target.receive_until(lambda: target.images.owner is OwnerState.RUN)
-    assert target.images.to_robot.read() == IMAGE
-
-
 def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> None:
     """Also while the process is at other packets, and has not yet looked for orders."""
     target.open(replace(OWNER, number=1_000))
@@ -147,12 +129,13 @@ def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> Non
             target.receive_until(lambda: target.images.status().received == number)  # noqa: B023
 
 
-def test_packets_from_another_port_of_the_master_are_taken(target: Target) -> None:
+def test_packets_from_another_port_of_the_master_arrive_in_assembly_150(target: Target) -> None:
     """The source port is not looked at."""
     target.open()
     with udp(MASTER) as other:
         other.sendto(packet(1), (ROBOT, target.control.port))
     target.receive_until(lambda: target.images.owner is OwnerState.RUN)
+    assert target.images.to_robot.read() == IMAGE
 
 
 def test_packets_of_strangers_and_garbage_are_counted_and_change_nothing(target: Target) -> None:

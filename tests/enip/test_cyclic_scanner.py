@@ -22,11 +22,7 @@ from exchange_bench import (
     Device,
     multicast,
 )
-from rcx_harness.enip.cyclic.connections import (
-    ConnectionParameters,
-    EndReason,
-    OwnerState,
-)
+from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason, OwnerState
 from rcx_harness.enip.cyclic.exchange import Role
 from rcx_harness.enip.cyclic.shared import SharedImages
 

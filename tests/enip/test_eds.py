@@ -76,12 +76,7 @@ def test_the_reader_would_find_a_fault(caplog: pytest.LogCaptureFixture) -> None
 
 def test_the_sections_come_in_their_order(sheet: Sheet) -> None:
     assert list(sheet)[:6] == [
-        "File",
-        "Device",
-        "Device Classification",
-        "Params",
-        "Assembly",
-        "Connection Manager",
+        *("File", "Device", "Device Classification", "Params", "Assembly", "Connection Manager")
     ]
     assert sheet["Device Classification"] == {"Class1": ["EtherNetIP"]}
 
@@ -131,23 +126,18 @@ def test_three_connections_read_assembly_100_and_one_writes_150(sheet: Sheet) ->
     heartbeat), bits 12 to 14 T->O format (0: modeless), bit 18 O->T point to point, bits 21 and 22
     T->O multicast and point to point, bits 26 and 30 scheduled priority.
     """
-    found = {entry[12]: entry for entry in sheet["Connection Manager"].values()}
-    assert {name: entry[:2] for name, entry in found.items()} == {
-        '"Exclusive Owner"': ["0x04010002", "0x44640405"],
-        '"Input Only"': ["0x02010002", "0x44640305"],
-        '"Listen Only"': ["0x01010002", "0x44640305"],
-    }
-    assert {name: entry[2:8] for name, entry in found.items()} == {
-        '"Exclusive Owner"': ["Param1", "Param2", "Assem150", "Param1", "Param3", "Assem100"],
-        '"Input Only"': ["Param1", "0", "", "Param1", "Param3", "Assem100"],
-        '"Listen Only"': ["Param1", "0", "", "Param1", "Param3", "Assem100"],
-    }
-    assert {name: entry[14] for name, entry in found.items()} == {
-        '"Exclusive Owner"': '"20 04 24 01 2C 96 2C 64"',
-        '"Input Only"': '"20 04 24 01 2C 03 2C 64"',
-        '"Listen Only"': '"20 04 24 01 2C 04 2C 64"',
-    }
-    assert {len(entry) for entry in found.values()} == {15}
+    reads = ["Param1", "Param3", "Assem100"]
+    only = ["Param1", "0", "", *reads]
+    entries = sheet["Connection Manager"].values()
+    assert [(one[12], one[:2], one[2:8], one[14]) for one in entries] == [
+        (
+            *('"Exclusive Owner"', ["0x04010002", "0x44640405"]),
+            *(["Param1", "Param2", "Assem150", *reads], '"20 04 24 01 2C 96 2C 64"'),
+        ),
+        ('"Input Only"', ["0x02010002", "0x44640305"], only, '"20 04 24 01 2C 03 2C 64"'),
+        ('"Listen Only"', ["0x01010002", "0x44640305"], only, '"20 04 24 01 2C 04 2C 64"'),
+    ]
+    assert {len(entry) for entry in entries} == {15}
 
 
 @pytest.mark.parametrize("size", [48, 256])
@@ -195,8 +185,10 @@ def test_the_sheet_is_printed(capsys: Captured) -> None:
     assert capsys.readouterr().out == eds_text(256)
 
 
-def test_the_sheet_is_written_to_a_file(tmp_path: Path, capsys: Captured) -> None:
-    file = tmp_path / "rcx3.eds"
+def test_the_sheet_is_written_to_a_file_and_missing_folders_are_made(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    file = tmp_path / "missing" / "too" / "rcx3.eds"
     assert main(["eds", str(file)]) == 0
     assert file.read_bytes() == eds_text().encode("ascii")
     assert capsys.readouterr().out == f"written: {file}\n"
@@ -212,7 +204,7 @@ def test_the_sheet_can_be_made_for_what_is_served(capsys: Captured) -> None:
 
 
 @pytest.mark.parametrize("options", [["--revision", "3"], ["--rpi-min", "10us"]])
-def test_what_cannot_be_served_has_no_sheet(options: list[str], capsys: Captured) -> None:
+def test_invalid_options_are_bad_input(options: list[str], capsys: Captured) -> None:
     assert main(["eds", *options]) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
@@ -229,13 +221,7 @@ def test_a_file_that_cannot_be_written_is_bad_input(capsys: Captured) -> None:
     assert capsys.readouterr().err.startswith("rcx: /proc/rcx3.eds: cannot be written: ")
 
 
-def test_missing_folders_are_made(tmp_path: Path) -> None:
-    file = tmp_path / "missing" / "too" / "rcx3.eds"
-    assert main(["eds", str(file)]) == 0
-    assert file.is_file()
-
-
-def test_what_is_there_is_written_over_with_force_only(tmp_path: Path, capsys: Captured) -> None:
+def test_an_existing_sheet_is_replaced_only_with_force(tmp_path: Path, capsys: Captured) -> None:
     file = tmp_path / "main.st"
     file.write_text("mine")
     assert main(["eds", str(file)]) == 2

@@ -75,10 +75,7 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"t_to_o_rpi": "CF070000"}, "1201 0002 10270000 D0070000"),
         ({"o_to_t_rpi": "00000000"}, "1201 0200 D0070000 10270000"),
         ({"t_to_o_rpi": "01D43000"}, "1201 0003 10270000 00D43000"),
-        (
-            {"o_to_t_rpi": "FFFFFFFF", "t_to_o_rpi": "00000000"},
-            "1201 0302 00D43000 D0070000",
-        ),
+        ({"o_to_t_rpi": "FFFFFFFF", "t_to_o_rpi": "00000000"}, "1201 0302 00D43000 D0070000"),
         # 0x11B: production inhibit time above the interval
         ({"path": "430B 2004 2405 2C96 2C64"}, "1B01"),
         # 0x119: nobody to listen with
@@ -111,7 +108,7 @@ def test_a_refused_forward_open_says_why_and_opens_nothing(
         ("", "00"),
     ],
 )
-def test_a_segment_that_is_not_understood_is_told_by_the_words_left(
+def test_an_unknown_segment_is_reported_with_the_remaining_words(
     bench: Any, path: str, remaining: str
 ) -> None:
     """Extended status 0x315."""

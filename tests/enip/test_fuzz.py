@@ -13,7 +13,7 @@ import pytest
 
 import enip_fuzz
 from enip_attacks import ATTACKER
-from enip_frames import HEADER, frame, mutate, send_rr, valid_frames
+from enip_frames import HEADER, frame, send_rr, valid_frames
 from enip_fuzz import Bench, FuzzFailure, bench, fuzz
 
 
@@ -40,7 +40,7 @@ def target() -> Iterator[Bench]:
 
 @pytest.mark.exhaustive(but=["2"])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_hostile_input_is_answered_or_cut_off_and_nobody_else_notices(
+def test_hostile_input_is_answered_or_cut_off_and_disturbs_no_other_peer(
     target: Bench, seed: int
 ) -> None:
     """300 attacks; a reader, newcomers and the robot's master work on all the while."""
@@ -69,29 +69,6 @@ def test_a_master_that_loses_its_connection_is_found(target: Bench) -> None:
 
     with pytest.raises(FuzzFailure, match=r"seed 5, attack 40: (the master has lost|something)"):
         fuzz(target, 5, goal)
-
-
-def test_a_complaint_of_the_adapter_is_found(target: Bench) -> None:
-    target.complaints.write_text("Traceback (most recent call last):")
-    with pytest.raises(AssertionError, match="the adapter complains: Traceback"):
-        target.check()
-
-
-@pytest.mark.exhaustive
-def test_memory_that_grows_is_found(target: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    sizes = iter([10_000, 90_000])
-    monkeypatch.setattr(enip_fuzz, "memory_kib", lambda _: next(sizes))
-    with pytest.raises(FuzzFailure, match="seed 3: the adapter's memory grew by 80000 KiB"):
-        fuzz(target, 3, lambda number: number >= 101)
-
-
-def test_the_same_seed_gives_the_same_frames() -> None:
-    def drawn(seed: int) -> list[bytes]:
-        draw = Random(seed)
-        return [mutate(draw, one) for one in valid_frames(draw, 1)]
-
-    assert drawn(7) == drawn(7)
-    assert drawn(7) != drawn(8)
 
 
 def test_the_frames_it_starts_from_are_right(target: Bench) -> None:

@@ -31,18 +31,18 @@ def test_the_loopback_has_all_its_addresses(address: str) -> None:
     assert find_interface(address) == NetworkInterface(address, "255.0.0.0", bytes(6))
 
 
-def test_an_adapter_of_all_addresses_has_for_each_peer_the_one_that_leads_there() -> None:
+def test_an_adapter_on_all_addresses_has_the_address_that_reaches_the_peer() -> None:
     assert address_toward(ANY, "127.0.0.9") == "127.0.0.1"
     assert address_toward("127.0.0.2", "127.0.0.9") == "127.0.0.2"
     assert address_toward(ANY) != ANY
 
 
-def test_where_there_is_no_way_it_is_the_loopback() -> None:
+def test_without_a_route_the_address_is_the_loopback() -> None:
     """A broadcast address is not asked for a way without leave."""
     assert address_toward(ANY, "255.255.255.255") == "127.0.0.1"
 
 
-def test_an_address_of_nobody_gets_a_guess() -> None:
+def test_an_address_of_no_interface_gets_a_guessed_netmask() -> None:
     """203.0.113.0/24 is for documentation."""
     assert find_interface("203.0.113.77") == NetworkInterface("203.0.113.77", "255.255.255.0")
 

@@ -106,7 +106,7 @@ def test_class_attributes(
         ("2048 2401 3008", "03"),
     ],
 )
-def test_what_can_be_set_is_read_back(bench: Any, path: str, value: str) -> None:
+def test_a_settable_attribute_is_read_back(bench: Any, path: str, value: str) -> None:
     assert bench.ask(f"1003 {path} {value}") == bytes.fromhex("9000 0000")
     assert bench.ask(f"0E03 {path}") == bytes.fromhex(f"8E00 0000 {value}")
 

@@ -6,45 +6,13 @@ import threading
 
 import pytest
 
-from rcx_harness.enip.cyclic.connections import EndReason
+from fake_scanner import FakeScanner
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.originator.opening import Opener, multiplier_of, refusal_hint
-from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
 from structured_text.errors import InputError
 
 SCAN = ("--write", "--listen-only", "--heartbeat", "--input-instance", "--config-data")
 BRIDGE = ("--size", "--rpi")
-
-
-class FakeScanner:
-    """A scanner without a network."""
-
-    def __init__(self) -> None:
-        self.ended: EndReason | None = None
-        self.failure = ""
-        self.connected = False
-        self.dropped = ""
-
-    def open(self) -> None:
-        """Open."""
-
-    def read(self) -> Received:
-        """Whether packets come."""
-        return Received(bytes(48), 5, self.connected)
-
-    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
-        """Nothing."""
-
-    def drops(self) -> str:
-        """Why packets were dropped."""
-        return self.dropped
-
-    def statistics(self) -> ScannerStatistics:
-        """All 0."""
-        return ScannerStatistics(0, 0, 0, 0, 0, 0, 0, 0)
-
-    def close(self) -> None:
-        """Nothing."""
 
 
 class Bench:
@@ -64,7 +32,7 @@ class Bench:
         return self.scanner
 
 
-def test_what_has_never_been_open_is_opened_once() -> None:
+def test_a_new_connection_is_opened_once() -> None:
     bench = Bench()
     assert bench.opener.keep()
     assert bench.opener.keep()
@@ -72,23 +40,11 @@ def test_what_has_never_been_open_is_opened_once() -> None:
     assert bench.opener.scanner is bench.scanner
 
 
-def test_what_is_not_wanted_is_not_opened() -> None:
+def test_an_unwanted_connection_is_not_opened() -> None:
     bench = Bench()
     bench.opener.wanted = False
     assert bench.opener.keep()
     assert bench.openings == 0
-
-
-@pytest.mark.parametrize("end", ["timed out", "process"])
-def test_what_has_ended_is_opened_anew(end: str) -> None:
-    bench = Bench()
-    bench.opener.keep()
-    if end == "process":
-        bench.scanner.failure = "killed"
-    else:
-        bench.scanner.ended = EndReason.TIMED_OUT
-    bench.opener.keep()
-    assert bench.openings == 2
 
 
 def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
@@ -120,7 +76,7 @@ def test_with_packets_nothing_is_opened_anew_when_the_wait_is_over() -> None:
     assert bench.openings == 1
 
 
-def test_what_was_not_wanted_meanwhile_is_not_waited_for_again() -> None:
+def test_a_connection_unwanted_meanwhile_is_opened_anew() -> None:
     """The adapter was off: its first packet would never come."""
     bench = Bench(1e9)
     for wanted in (True, False, True):
@@ -129,7 +85,7 @@ def test_what_was_not_wanted_meanwhile_is_not_waited_for_again() -> None:
     assert bench.openings == 2
 
 
-def test_a_thread_keeps_it_until_it_is_told_to_end() -> None:
+def test_a_thread_keeps_the_connection_open_until_its_end_is_called() -> None:
     bench = Bench()
     opened, died = threading.Event(), threading.Event()
     bench.opener = Opener(lambda: opened.set() or bench.opened())  # type: ignore[func-returns-value]
@@ -141,7 +97,7 @@ def test_a_thread_keeps_it_until_it_is_told_to_end() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_a_thread_that_ends_by_itself_is_told() -> None:
+def test_a_thread_that_ends_by_itself_is_reported() -> None:
     died = threading.Event()
 
     def failing() -> FakeScanner:
@@ -181,9 +137,7 @@ def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
 
 
 @pytest.mark.parametrize("extended", [(), (0x315,), (0x126,), (0x129,), (0x12A,), (0x12B,)])
-def test_a_remedy_that_the_command_has_no_option_for_is_not_told(
-    extended: tuple[int, ...],
-) -> None:
+def test_no_hint_names_an_option_that_the_command_does_not_have(extended: tuple[int, ...]) -> None:
     assert refusal_hint(CipError("x", 1, extended), 48, BRIDGE) == ""
 
 

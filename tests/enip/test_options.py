@@ -24,7 +24,7 @@ from structured_text.errors import InputError
         ({"first_packet_us": 9_999_999}, "cannot be waited for .*; it can be 10s to 610h"),
     ],
 )
-def test_what_cannot_be_served_is_refused(wrong: dict[str, Any], message: str) -> None:
+def test_invalid_options_are_refused(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         AdapterOptions(**wrong)
 

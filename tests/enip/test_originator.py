@@ -6,6 +6,7 @@ Source: CIP volume 1, chapter 3, 5.5.2 and 5.5.3.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -26,24 +27,10 @@ REQUEST = OpenRequest(
 START = "54 02 2006 2401 0A0E 00000000 44332211 3412 7856 F0DEBC9A 02000000"
 RPI = "10270000"
 CLASS_1_CYCLIC = "01"
+TRIAD = "3412 7856 F0DEBC9A"
 
 
-def hexa(text: str) -> bytes:
-    return bytes.fromhex(text)
-
-
-def test_an_owner_asks_for_both_assemblies_point_to_point() -> None:
-    """Network parameters: type 2, scheduled, fixed, 54 and 50 bytes (0x36, 0x32)."""
-    assert REQUEST.forward_open() == hexa(
-        f"{START} {RPI} 3648 {RPI} 3248 {CLASS_1_CYCLIC} 03 2004 2C96 2C64"
-    )
-
-
-def test_a_configuration_instance_is_named_in_front_of_the_connection_points() -> None:
-    request = replace(REQUEST, configuration=151)
-    assert request.forward_open() == hexa(
-        f"{START} {RPI} 3648 {RPI} 3248 {CLASS_1_CYCLIC} 04 2004 2497 2C96 2C64"
-    )
+hexa = bytes.fromhex
 
 
 def test_configuration_data_follow_the_connection_points_in_a_data_segment() -> None:
@@ -55,34 +42,47 @@ def test_configuration_data_follow_the_connection_points_in_a_data_segment() -> 
     assert request.path() == hexa("2004 2497 2C96 2C64 8002 01020304")
 
 
-def test_an_instance_above_255_takes_a_wide_segment() -> None:
-    request = replace(REQUEST, consuming=0x0301)
-    assert request.forward_open() == hexa(
-        f"{START} {RPI} 3648 {RPI} 3248 {CLASS_1_CYCLIC} 04 2004 2D00 0103 2C64"
-    )
+LONG = {"o_to_t_length": 262, "t_to_o_length": 258}
 
 
-def test_multicast_is_asked_for_in_the_direction_to_us_and_without_an_id() -> None:
-    request = replace(REQUEST, multicast=True)
-    without_id = START.replace("44332211", "00000000")
-    assert request.forward_open() == hexa(
-        f"{without_id} {RPI} 3648 {RPI} 3228 {CLASS_1_CYCLIC} 03 2004 2C96 2C64"
-    )
-
-
-def test_a_large_forward_open_has_parameters_of_32_bits() -> None:
-    request = replace(REQUEST, large=True, o_to_t_length=262, t_to_o_length=258)
-    start = START.replace("54", "5B", 1)
-    assert request.forward_open() == hexa(
-        f"{start} {RPI} 06010048 {RPI} 02010048 {CLASS_1_CYCLIC} 03 2004 2C96 2C64"
-    )
-
-
-def test_256_bytes_fit_into_the_parameters_of_16_bits() -> None:
-    request = replace(REQUEST, o_to_t_length=262, t_to_o_length=258)
-    assert request.forward_open() == hexa(
-        f"{START} {RPI} 0649 {RPI} 0249 {CLASS_1_CYCLIC} 03 2004 2C96 2C64"
-    )
+@pytest.mark.parametrize(
+    ("changes", "start", "o_to_t", "t_to_o", "path"),
+    [
+        pytest.param(
+            *({}, START, "3648", "3248", "03 2004 2C96 2C64"),
+            id="an owner: point to point, scheduled, fixed, 54 and 50 bytes",
+        ),
+        pytest.param(
+            *({"configuration": 151}, START, "3648", "3248", "04 2004 2497 2C96 2C64"),
+            id="a configuration instance, in front of the connection points",
+        ),
+        pytest.param(
+            *({"consuming": 0x0301}, START, "3648", "3248", "04 2004 2D00 0103 2C64"),
+            id="an instance above 255 in a wide segment",
+        ),
+        pytest.param(
+            {"multicast": True},
+            START.replace("44332211", "00000000"),
+            *("3648", "3228", "03 2004 2C96 2C64"),
+            id="multicast, in the direction to us and without an id",
+        ),
+        pytest.param(
+            {"large": True, **LONG},
+            START.replace("54", "5B", 1),
+            *("06010048", "02010048", "03 2004 2C96 2C64"),
+            id="a Large Forward Open with parameters of 32 bits",
+        ),
+        pytest.param(
+            *(LONG, START, "0649", "0249", "03 2004 2C96 2C64"),
+            id="256 bytes, which fit into parameters of 16 bits",
+        ),
+    ],
+)
+def test_a_forward_open_has_parameters_and_path_of_what_is_asked_for(
+    changes: dict[str, Any], start: str, o_to_t: str, t_to_o: str, path: str
+) -> None:
+    asked = replace(REQUEST, **changes).forward_open()
+    assert asked == hexa(f"{start} {RPI} {o_to_t} {RPI} {t_to_o} {CLASS_1_CYCLIC} {path}")
 
 
 def test_forward_close_names_the_connection_and_its_path() -> None:
@@ -91,35 +91,38 @@ def test_forward_close_names_the_connection_and_its_path() -> None:
     )
 
 
-def test_the_reply_tells_ids_and_actual_intervals() -> None:
+def test_the_reply_has_ids_and_actual_intervals() -> None:
     reply = hexa("01000000 44332211 3412 7856 F0DEBC9A 10270000 204E0000 00 00")
     assert decode_open_reply(reply) == OpenReply(1, 0x11223344, 10_000, 20_000, REQUEST.triad)
     assert REQUEST.problem(OpenReply(1, 0x11223344, 10_000, 20_000, REQUEST.triad)) == ""
 
 
 @pytest.mark.parametrize(
-    ("reply", "problem"),
+    ("triad", "o_to_t", "t_to_o", "problem"),
     [
         (
-            "01000000 44332211 0000 0000 00000000 10270000 10270000 00 00",
+            "0000 0000 00000000",
+            RPI,
+            RPI,
             "names another connection than the one that was asked for",
         ),
+        (TRIAD, "00000000", RPI, "sets a packet to it every 0 ms, where every 10 ms was asked for"),
         (
-            "01000000 44332211 3412 7856 F0DEBC9A 00000000 10270000 00 00",
-            "sets a packet to it every 0 ms, where every 10 ms was asked for",
-        ),
-        (
-            "01000000 44332211 3412 7856 F0DEBC9A 10270000 00000000 00 00",
+            TRIAD,
+            RPI,
+            "00000000",
             "sets a packet from it every 0 ms, where every 10 ms was asked for",
         ),
         (
-            "01000000 44332211 3412 7856 F0DEBC9A 10270000 FFFFFFFF 00 00",
+            *(TRIAD, RPI, "FFFFFFFF"),
             "sets a packet from it every 4294967.295 ms, where every 10 ms was asked for",
         ),
     ],
 )
-def test_a_reply_that_cannot_be_meant_is_named(reply: str, problem: str) -> None:
-    agreed = decode_open_reply(hexa(reply))
+def test_an_implausible_reply_is_explained(
+    triad: str, o_to_t: str, t_to_o: str, problem: str
+) -> None:
+    agreed = decode_open_reply(hexa(f"01000000 44332211 {triad} {o_to_t} {t_to_o} 00 00"))
     assert agreed is not None
     assert REQUEST.problem(agreed) == problem
 
@@ -133,5 +136,5 @@ def test_an_interval_near_the_one_that_was_asked_for_is_the_devices_choice() -> 
 
 
 @pytest.mark.parametrize("length", [0, 23])
-def test_a_reply_that_is_too_short_is_none(length: int) -> None:
+def test_a_reply_that_is_too_short_is_not_decoded(length: int) -> None:
     assert decode_open_reply(bytes(length)) is None

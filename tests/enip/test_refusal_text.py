@@ -11,8 +11,22 @@ from rcx_harness.enip import AdapterOptions
 from rcx_harness.enip.target.connection_manager import Origin
 
 PEER = "192.168.0.10"
-OWNER = "192.168.0.10 asked for an exclusive owner connection "
+ASKED = "192.168.0.10 asked for "
+OWNER = f"{ASKED}an exclusive owner connection "
 USUAL = f"{OWNER}(54 bytes to the controller, 50 from it, every 10 ms): refused with "
+SIZE_TO = "0x0127, the size to the device does not fit the assembly; "
+SIZE_FROM = "0x0128, the size from the device does not fit the assembly; "
+ASSEMBLIES = (
+    "the output is assembly 150 (only to read: 3 input only, 4 listen only), the input assembly 100"
+)
+
+
+def sized(to_robot: int, from_robot: int, every: str = "10 ms", what: str = OWNER) -> str:
+    """Return the beginning of what is said of these sizes."""
+    sizes = f"{to_robot} bytes to the controller, {from_robot} from it"
+    return f"{what}({sizes}, every {every}): refused with "
+
+
 INPUT_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C03 2C64"}
 OTHER = "0200 4D00 EFBEADDE"
 
@@ -32,53 +46,44 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
         # 256 bytes: 262 (0x106) with header and count, and 258 (0x102)
         (
             {"o_to_t": "0649", "t_to_o": "0249"},
-            f"{OWNER}(262 bytes to the controller, 258 from it, every 10 ms): refused with "
-            "0x0127, the size to the device does not fit the assembly; this controller has 48 "
-            "bytes, 54 with the 32-bit run/idle header and the count: set 48 bytes with that "
-            "header in the PLC, or start the controller with --size 256",
-        ),
-        (
-            {"t_to_o": "0249"},
-            f"{OWNER}(54 bytes to the controller, 258 from it, every 10 ms): refused with "
-            "0x0128, the size from the device does not fit the assembly; this controller has 48 "
-            "bytes, 50 with the count: set 48 bytes without a header in the PLC, or start the "
+            f"{sized(262, 258)}{SIZE_TO}this controller has 48 bytes, 54 with the 32-bit run/idle "
+            "header and the count: set 48 bytes with that header in the PLC, or start the "
             "controller with --size 256",
         ),
         (
+            {"t_to_o": "0249"},
+            f"{sized(54, 258)}{SIZE_FROM}this controller has 48 bytes, 50 with the count: set 48 "
+            "bytes without a header in the PLC, or start the controller with --size 256",
+        ),
+        (
             {"o_to_t": "3248"},
-            f"{OWNER}(50 bytes to the controller, 50 from it, every 10 ms): refused with 0x0127, "
-            "the size to the device does not fit the assembly; the output needs the 32-bit "
-            "run/idle header before its 48 bytes: choose it in the PLC",
+            f"{sized(50, 50)}{SIZE_TO}the output needs the 32-bit run/idle header before its 48 "
+            "bytes: choose it in the PLC",
         ),
         (
             {"t_to_o": "3648"},
-            f"{OWNER}(54 bytes to the controller, 54 from it, every 10 ms): refused with 0x0128, "
-            "the size from the device does not fit the assembly; the input has no header before "
-            "its 48 bytes: choose pure data in the PLC",
+            f"{sized(54, 54)}{SIZE_FROM}the input has no header before its 48 bytes: choose pure "
+            "data in the PLC",
         ),
         (
             {"o_to_t": "4648"},
-            f"{OWNER}(70 bytes to the controller, 50 from it, every 10 ms): refused with 0x0127, "
-            "the size to the device does not fit the assembly; this controller has 48 bytes, 54 "
-            "with the 32-bit run/idle header and the count: set 48 bytes with that header in the "
-            "PLC",
+            f"{sized(70, 50)}{SIZE_TO}this controller has 48 bytes, 54 with the 32-bit run/idle "
+            "header and the count: set 48 bytes with that header in the PLC",
         ),
         (
             {**INPUT_ONLY, "o_to_t": "3648"},
-            "192.168.0.10 asked for an input only connection (54 bytes to the controller, 50 from "
-            "it, every 10 ms): refused with 0x0127, the size to the device does not fit the "
-            "assembly; a connection that only reads sends no data: set size 0 for its output",
+            f"{sized(54, 50, what=f'{ASKED}an input only connection ')}{SIZE_TO}a connection that "
+            "only reads sends no data: set size 0 for its output",
         ),
         (
             {"o_to_t_rpi": "E8030000"},
-            f"{OWNER}(54 bytes to the controller, 50 from it, every 1 ms and 10 ms): refused with "
-            "0x0112, the packet interval is not acceptable; set 2 ms to 3200 ms in the PLC, or "
-            "start the controller with a smaller --rpi-min",
+            f"{sized(54, 50, '1 ms and 10 ms')}0x0112, the packet interval is not acceptable; set "
+            "2 ms to 3200 ms in the PLC, or start the controller with a smaller --rpi-min",
         ),
         (
             {"o_to_t_rpi": "01D43000", "t_to_o_rpi": "01D43000"},
-            f"{OWNER}(54 bytes to the controller, 50 from it, every 3200.001 ms): refused with "
-            "0x0112, the packet interval is not acceptable; set 2 ms to 3200 ms in the PLC",
+            f"{sized(54, 50, '3200.001 ms')}0x0112, the packet interval is not acceptable; set "
+            "2 ms to 3200 ms in the PLC",
         ),
         (
             {"path": "3404 7D02 2B00 0500 0101 2004 2405 2C96 2C64"},
@@ -93,17 +98,13 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
         ),
         (
             {"path": "2004 2405 2C97 2C64"},
-            "192.168.0.10 asked for a connection (54 bytes to the controller, 50 from it, every "
-            "10 ms): refused with 0x012A, there is no such consuming connection point; it named "
-            "5, 151, 100; the output is assembly 150 (only to read: 3 input only, 4 listen only), "
-            "the input assembly 100",
+            f"{sized(54, 50, what=f'{ASKED}a connection ')}0x012A, there is no such consuming "
+            f"connection point; it named 5, 151, 100; {ASSEMBLIES}",
         ),
         (
             {"path": "2004 9104 41424344 2C96"},
-            "192.168.0.10 asked for a connection (54 bytes to the controller, 50 from it, every "
-            "10 ms): refused with 0x0315, a segment of the connection path is not valid; it named "
-            "no assembly; the output is assembly 150 (only to read: 3 input only, 4 listen only), "
-            "the input assembly 100",
+            f"{sized(54, 50, what=f'{ASKED}a connection ')}0x0315, a segment of the connection "
+            f"path is not valid; it named no assembly; {ASSEMBLIES}",
         ),
         (
             {"transport": "02"},
@@ -112,10 +113,8 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
         ),
         (
             {"transport": "A3", "path": "2004 2405 2C96 2C64"},
-            "192.168.0.10 asked for a connection for explicit messages (class 3): refused with "
-            "0x012F, the application paths do not belong together; it named 5, 150, 100; the "
-            "output is assembly 150 (only to read: 3 input only, 4 listen only), the input "
-            "assembly 100",
+            f"{ASKED}a connection for explicit messages (class 3): refused with 0x012F, the "
+            f"application paths do not belong together; it named 5, 150, 100; {ASSEMBLIES}",
         ),
     ],
 )
@@ -140,13 +139,13 @@ def test_the_second_master_learns_who_the_first_is(make_bench: Any) -> None:
     ]
 
 
-def test_who_joins_a_multicast_learns_its_interval(make_bench: Any) -> None:
+def test_a_refused_multicast_request_is_told_the_interval(make_bench: Any) -> None:
     slow = {**INPUT_ONLY, "t_to_o": "3228", "t_to_o_rpi": "204E0000", "triad": OTHER}
     (text,) = said(make_bench, forward_open(t_to_o="3228"), forward_open(**slow))
     assert text.endswith("its multicast input is sent every 10 ms: set that, or point to point")
 
 
-def test_what_is_no_whole_forward_open_is_told_too(make_bench: Any) -> None:
+def test_an_incomplete_forward_open_is_reported_too(make_bench: Any) -> None:
     assert said(make_bench, "54 02 2006 2401 0A0E") == [
         "192.168.0.10 asked for a connection: refused with 0x13, not enough data"
     ]

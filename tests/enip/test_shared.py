@@ -6,28 +6,18 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters, OwnerState
+import exchange_bench
+from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import GAPS, Drop, LinkState, SharedImage, SharedImages, Word
 from structured_text.output.system import SharedMemory
 
-OWNER = ConnectionParameters(
-    number=1,
-    kind=ConnectionKind.EXCLUSIVE_OWNER,
-    o_to_t_id=0x11,
-    t_to_o_id=0x22,
-    o_to_t_api_us=4_000,
-    t_to_o_api_us=10_000,
-    o_to_t_size=48,
-    t_to_o_size=48,
-    multiplier=2,
-    peer="192.168.0.7",
-    destination="192.168.0.7",
-)
+OWNER = replace(exchange_bench.OWNER, o_to_t_api_us=4_000)
 
 
 @pytest.fixture
@@ -37,23 +27,22 @@ def images() -> Iterator[SharedImages]:
         images.unlink()
 
 
-def test_both_assemblies_are_zero_at_first(images: SharedImages) -> None:
-    assert images.to_master.read() == bytes(48)
-    assert images.to_robot.read() == bytes(48)
-
-
-@pytest.mark.parametrize("size", [48, 256])
-def test_what_is_written_is_read_in_full_by_who_attached_by_name(size: int) -> None:
-    with SharedImages.create(size) as ours, SharedImages.attach(ours.name) as theirs:
+@pytest.mark.parametrize(("to_master", "to_robot"), [(48, 48), (256, 256), (5, 700)])
+def test_images_are_read_completely_by_a_process_that_attaches_by_name(
+    to_master: int, to_robot: int
+) -> None:
+    with SharedImages.create(to_master, to_robot) as ours, SharedImages.attach(ours.name) as theirs:
         ours.unlink()
-        ours.to_master.write(bytes([0xA5] * size))
-        theirs.to_robot.write(bytes([0x5A] * size))
-        assert theirs.size == size
-        assert theirs.to_master.read() == bytes([0xA5] * size)
-        assert ours.to_robot.read() == bytes([0x5A] * size)
+        assert (ours.to_master.read(), ours.to_robot.read()) == (bytes(to_master), bytes(to_robot))
+        for _ in range(20):
+            ours.to_master.write(b"\xa5" * to_master)
+            theirs.to_robot.write(b"\x5a" * to_robot)
+        assert theirs.size == to_master
+        assert theirs.to_master.read() == b"\xa5" * to_master
+        assert ours.to_robot.read() == b"\x5a" * to_robot
 
 
-def test_memory_that_nobody_has_made_is_not_there() -> None:
+def test_memory_that_was_not_created_is_not_found() -> None:
     """On Windows a wrong name gives new memory, all zero: that is nobody's either."""
     with pytest.raises(FileNotFoundError):
         SharedImages.attach("/dev/shm/rcx-of-nobody")
@@ -64,16 +53,6 @@ def test_memory_that_nobody_has_made_is_not_there() -> None:
     finally:
         nobodys.unlink()
         nobodys.close()
-
-
-def test_the_assemblies_may_have_different_lengths() -> None:
-    with SharedImages.create(5, 700) as ours, SharedImages.attach(ours.name) as theirs:
-        ours.unlink()
-        for _ in range(20):
-            ours.to_master.write(b"\xa5" * 5)
-            theirs.to_robot.write(b"\x5a" * 700)
-        assert theirs.to_master.read() == b"\xa5" * 5
-        assert ours.to_robot.read() == b"\x5a" * 700
 
 
 def test_the_version_counts_the_writes(images: SharedImages) -> None:
@@ -164,13 +143,9 @@ def test_no_reader_ever_sees_a_torn_image() -> None:
     assert all(len(set(image)) == 1 for image in seen)
 
 
-def test_the_status_begins_with_no_owner(images: SharedImages) -> None:
+def test_the_status_names_the_owner_and_counts_its_changes(images: SharedImages) -> None:
     status = images.status()
     assert (status.owner, status.generation, status.peer) == (OwnerState.NONE, 0, "")
-    assert (status.connections, status.received, status.sent) == (0, 0, 0)
-
-
-def test_the_status_names_the_owner_and_counts_its_changes(images: SharedImages) -> None:
     images.set_owner(OwnerState.WAITING, OWNER)
     images.set_owner(OwnerState.RUN, OWNER)
     status = images.status()
@@ -245,7 +220,7 @@ def test_the_status_counts_packets_and_connections(images: SharedImages) -> None
     assert images.gaps_us() == [2_500]
 
 
-def test_the_latest_gaps_are_kept(images: SharedImages) -> None:
+def test_the_latest_gaps_are_stored(images: SharedImages) -> None:
     for gap in range(GAPS + 2):
         images.arrive(gap, gap)
     gaps = images.gaps_us()
@@ -253,13 +228,13 @@ def test_the_latest_gaps_are_kept(images: SharedImages) -> None:
     assert sorted(gaps) == list(range(2, GAPS + 2))
 
 
-def test_a_gap_too_long_for_its_word_is_kept_as_the_longest(images: SharedImages) -> None:
+def test_a_gap_too_long_for_its_word_is_stored_as_the_largest_number(images: SharedImages) -> None:
     images.arrive(0, 2**32 + 5)
     assert images.gaps_us() == [2**32 - 1]
 
 
 @pytest.mark.parametrize("state", list(LinkState))
-def test_the_link_is_cut_by_the_one_and_seen_by_the_other(
+def test_one_process_cuts_the_link_and_the_other_sees_it(
     images: SharedImages, state: LinkState
 ) -> None:
     with SharedImages.attach(images.name) as theirs:
@@ -267,22 +242,11 @@ def test_the_link_is_cut_by_the_one_and_seen_by_the_other(
         assert theirs.link is state
 
 
-def test_the_scanners_program_runs_or_not(images: SharedImages) -> None:
-    assert not images.run
-    images.run = True
-    assert images.run
-
-
 def test_closing_twice_does_no_harm() -> None:
     images = SharedImages.create(48)
     images.unlink()
     images.close()
     images.close()
-
-
-def test_memory_of_an_unknown_name_is_not_found() -> None:
-    with pytest.raises(FileNotFoundError):
-        SharedImages.attach("rcx-no-such-memory")
 
 
 def test_a_journal_is_written_by_the_one_and_read_once_by_the_other(images: SharedImages) -> None:

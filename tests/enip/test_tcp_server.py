@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import socket
-import struct
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from typing import Any
 
 import pytest
 
+from enip_frames import frame, send_rr
 from forward_open_bytes import forward_open
 from rcx_harness.enip.target.servers import MAX_CONNECTIONS_OF_PEER, TcpServer
 
 LONG_S = 30.0
-REGISTER = bytes.fromhex("6500 0400" + "00" * 20 + "0100 0000")
-GET_SIZE = bytes.fromhex(
-    "6F00 1800 01000000 00000000 0000000000000000 00000000"
-    "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004"
-)
+REGISTER = frame(0x65, b"\x01\x00\x00\x00")
+LIST_INTERFACES = frame(0x64)
+GET_SIZE = bytes.fromhex("0E03 2004 2464 3004")
 
 Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
@@ -49,6 +47,23 @@ async def say(streams: Streams, data: bytes, answer: int) -> bytes:
     return await streams[0].readexactly(answer)
 
 
+async def connect(port: int, host: str = "127.0.0.1") -> Streams:
+    """Open a connection from an address."""
+    return await asyncio.open_connection("127.0.0.1", port, local_addr=(host, 0))
+
+
+async def register(streams: Streams) -> int:
+    """Return the handle of a new session."""
+    answer = await say(streams, REGISTER, 28)
+    assert answer[8:12] == bytes(4)
+    return int.from_bytes(answer[4:8], "little")
+
+
+async def read_size(streams: Streams, session: int) -> None:
+    """Read the size of assembly 100: 48."""
+    assert (await say(streams, send_rr(GET_SIZE, session), 46))[-2:] == bytes.fromhex("3000")
+
+
 async def has_ended(streams: Streams) -> bool:
     """Wait for the end of the connection, orderly or not."""
     with suppress(ConnectionError):
@@ -60,24 +75,17 @@ def test_one_machine_cannot_take_all_connections(bench: Any) -> None:
     """32 of one peer; one more is closed at once, and one may come when one has gone."""
 
     async def talk(tcp: TcpServer, port: int) -> None:
-        all_streams = [
-            await asyncio.open_connection("127.0.0.1", port) for _ in range(MAX_CONNECTIONS_OF_PEER)
-        ]
-        first = await say(all_streams[0], REGISTER, 28)
-        for streams in all_streams[1:]:
-            assert (await say(streams, REGISTER, 28))[8:12] == bytes(4)
-        assert await has_ended(await asyncio.open_connection("127.0.0.1", port))
-        neighbour = await asyncio.open_connection("127.0.0.1", port, local_addr=("127.0.0.9", 0))
-        assert (await say(neighbour, REGISTER, 28))[8:12] == bytes(4)
-        get_size = GET_SIZE[:4] + first[4:8] + GET_SIZE[8:]
-        assert (await say(all_streams[0], get_size, 46))[-2:] == bytes.fromhex("3000")
+        every = [await connect(port) for _ in range(MAX_CONNECTIONS_OF_PEER)]
+        sessions = [await register(streams) for streams in every]
+        assert await has_ended(await connect(port))
+        await register(await connect(port, "127.0.0.9"))
+        await read_size(every[0], sessions[0])
 
-        all_streams[1][1].close()
-        await all_streams[1][1].wait_closed()
+        every[1][1].close()
+        await every[1][1].wait_closed()
         while not tcp.has_room("127.0.0.1"):
             await asyncio.sleep(0)
-        again = await asyncio.open_connection("127.0.0.1", port)
-        assert (await say(again, REGISTER, 28))[8:12] == bytes(4)
+        await register(await connect(port))
 
     serve(bench, talk)
 
@@ -86,19 +94,15 @@ def test_two_machines_cannot_take_all_connections_from_a_third(bench: Any) -> No
     """The last 8 of 64 are for addresses that have none yet; each gets connection and session."""
 
     async def talk(tcp: TcpServer, port: int) -> None:
-        async def connect(host: str) -> Streams:
-            return await asyncio.open_connection("127.0.0.1", port, local_addr=(host, 0))
-
         taken = []
-        for host in ("127.0.0.5", "127.0.0.6"):
-            for _ in range(64):
-                streams = await connect(host)
-                with suppress(asyncio.IncompleteReadError, ConnectionError):
-                    await say(streams, REGISTER, 28)
-                    taken.append(streams)
+        for number in range(128):
+            streams = await connect(port, "127.0.0.5" if number < 64 else "127.0.0.6")
+            with suppress(asyncio.IncompleteReadError, ConnectionError):
+                await register(streams)
+                taken.append(streams)
         assert len(taken) == 56
         for host in ("127.0.0.7", "127.0.0.8"):
-            assert (await say(await connect(host), REGISTER, 28))[8:12] == bytes(4)
+            await register(await connect(port, host))
 
     serve(bench, talk)
 
@@ -111,36 +115,28 @@ def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench
     """
 
     async def talk(tcp: TcpServer, port: int) -> None:
-        async def connect(number: int) -> Streams:
-            host = f"127.0.1.{number}"
-            return await asyncio.open_connection("127.0.0.1", port, local_addr=(host, 0))
-
-        owner = await connect(200)
-        session = (await say(owner, REGISTER, 28))[4:8]
-        message = bytes.fromhex(forward_open())
-        items = bytes.fromhex("00000000 0000 0200 0000 0000 B200") + struct.pack("<H", len(message))
-        head = bytes.fromhex("6F00") + struct.pack("<H", len(items + message)) + session + bytes(16)
-        header = await say(owner, head + items + message, 24)
+        owner = await connect(port, "127.0.1.200")
+        opening = send_rr(bytes.fromhex(forward_open()), await register(owner))
+        header = await say(owner, opening, 24)
         await owner[0].readexactly(int.from_bytes(header[2:4], "little"))
         assert bench.device.connections.is_owned
 
         silent, sessions = [], []
         for number in range(1, 81):
             bench.now += 0.001
-            streams = await connect(number)
+            streams = await connect(port, f"127.0.1.{number}")
             if number % 2:
-                await say(streams, REGISTER, 28)
+                await register(streams)
                 sessions.append(streams)
             else:
                 while len(tcp.connections) < min(number + 1, 64):
                     await asyncio.sleep(0)
                 silent.append(streams)
-        master = await connect(201)
-        assert (await say(master, REGISTER, 28))[8:12] == bytes(4)
+        await register(await connect(port, "127.0.1.201"))
         assert len(tcp.connections) == 64
         assert await has_ended(silent[0]), "the oldest without a session has gone first"
-        await say(sessions[0], bytes.fromhex("6400 0000") + bytes(20), 26)
-        await say(owner, bytes.fromhex("6400 0000") + bytes(20), 26)
+        await say(sessions[0], LIST_INTERFACES, 26)
+        await say(owner, LIST_INTERFACES, 26)
 
     serve(bench, talk)
 
@@ -150,16 +146,11 @@ def test_a_session_that_works_gives_way_only_after_ten_seconds_of_silence(
     bench: Any, silent_s: float, gets_in: bool
 ) -> None:
     async def talk(tcp: TcpServer, port: int) -> None:
-        async def connect(number: int) -> Streams:
-            host = f"127.0.1.{number}"
-            return await asyncio.open_connection("127.0.0.1", port, local_addr=(host, 0))
-
-        working = [await connect(number) for number in range(1, 65)]
+        working = [await connect(port, f"127.0.1.{number}") for number in range(1, 65)]
         for streams in working:
-            session = (await say(streams, REGISTER, 28))[4:8]
-            await say(streams, GET_SIZE[:4] + session + GET_SIZE[8:], 46)
+            await read_size(streams, await register(streams))
         bench.now += silent_s
-        late = await connect(100)
+        late = await connect(port, "127.0.1.100")
         late[1].write(REGISTER)
         answer = b""
         with suppress(ConnectionError):
@@ -172,30 +163,31 @@ def test_a_session_that_works_gives_way_only_after_ten_seconds_of_silence(
 
 def test_the_overdue_are_closed_and_the_others_stay(bench: Any) -> None:
     async def talk(tcp: TcpServer, port: int) -> None:
-        silent, slow, busy = [await asyncio.open_connection("127.0.0.1", port) for _ in range(3)]
+        silent, slow, busy = [await connect(port) for _ in range(3)]
         for streams in (silent, slow, busy):
-            await say(streams, REGISTER, 28)
+            session = await register(streams)
         bench.now += 111
-        slow[1].write(GET_SIZE + GET_SIZE[:9])
+        asked = send_rr(GET_SIZE, session)
+        slow[1].write(asked + asked[:9])
         await slow[0].readexactly(24)
-        await say(busy, bytes.fromhex("6400 0000") + bytes(20), 26)
+        await say(busy, LIST_INTERFACES, 26)
         bench.now += 10
-        await say(busy, bytes.fromhex("6400 0000") + bytes(20), 26)
+        await say(busy, LIST_INTERFACES, 26)
         tcp.close_overdue()
         assert await has_ended(silent)
         assert await has_ended(slow)
-        await say(busy, bytes.fromhex("6400 0000") + bytes(20), 26)
+        await say(busy, LIST_INTERFACES, 26)
 
     serve(bench, talk)
 
 
 def test_an_oversized_frame_closes_its_connection_only(bench: Any) -> None:
     async def talk(tcp: TcpServer, port: int) -> None:
-        bad, good = [await asyncio.open_connection("127.0.0.1", port) for _ in range(2)]
+        bad, good = [await connect(port) for _ in range(2)]
         answer = await say(bad, bytes.fromhex("6F00 FFFF") + bytes(20) + bytes(100), 24)
         assert answer[8:12] == bytes.fromhex("65000000")
         assert await has_ended(bad)
-        await say(good, REGISTER, 28)
+        await register(good)
 
     serve(bench, talk)
 
@@ -207,23 +199,17 @@ def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
     """
 
     async def talk(tcp: TcpServer, port: int) -> None:
-        streams = await asyncio.open_connection("127.0.0.1", port)
-        session = (await say(streams, REGISTER, 28))[4:8]
+        streams = await connect(port)
+        session = await register(streams)
         message = bytes.fromhex("1003 2004 2496 3003") + bytes(3000)
-        items = bytes.fromhex("00000000 0000 0200 0000 0000 B200") + len(message).to_bytes(
-            2, "little"
-        )
-        length = (len(items) + len(message)).to_bytes(2, "little")
-        head = bytes.fromhex("6F00") + length + session + bytes(16)
-        answer = await say(streams, head + items + message, 44)
+        answer = await say(streams, send_rr(message, session), 44)
         assert answer[-4:] == bytes.fromhex("90001500")
-        get_size = GET_SIZE[:4] + session + GET_SIZE[8:]
-        assert (await say(streams, get_size, 46))[-2:] == bytes.fromhex("3000")
+        await read_size(streams, session)
 
     serve(bench, talk)
 
 
-def test_who_asks_without_end_leaves_the_others_their_turn(
+def test_endless_requests_of_one_peer_do_not_block_the_others(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two thousand requests in one piece; a neighbour's answer does not wait for all of them."""
@@ -235,15 +221,14 @@ def test_who_asks_without_end_leaves_the_others_their_turn(
         return answer(*args)
 
     monkeypatch.setattr(listing, "answer", counting)
-    list_services = bytes.fromhex("0400 0000") + bytes(20)
 
     async def talk(tcp: TcpServer, port: int) -> None:
-        greedy, neighbour = [await asyncio.open_connection("127.0.0.1", port) for _ in range(2)]
-        (length,) = {len(await say(greedy, list_services, 50))}
-        greedy[1].write(2000 * list_services)
+        greedy, neighbour = [await connect(port) for _ in range(2)]
+        length = len(await say(greedy, frame(0x04), 50))
+        greedy[1].write(2000 * frame(0x04))
         while len(asked) < 10:
             await asyncio.sleep(0)
-        assert (await say(neighbour, REGISTER, 28))[8:12] == bytes(4)
+        await register(neighbour)
         assert len(asked) < 1500
         await greedy[0].readexactly(2000 * length)
         assert len(asked) == 2001
@@ -251,7 +236,7 @@ def test_who_asks_without_end_leaves_the_others_their_turn(
     serve(bench, talk)
 
 
-def test_who_takes_no_answers_is_not_listened_to(bench: Any) -> None:
+def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
     """What waits for a peer is bounded: its requests stay in its own machine."""
 
     async def talk(tcp: TcpServer, port: int) -> None:
@@ -265,7 +250,7 @@ def test_who_takes_no_answers_is_not_listened_to(bench: Any) -> None:
         transport = connection.transport
         wire = transport.get_extra_info("socket")
         wire.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
-        question = bytes.fromhex("6300 0000") + bytes(20)
+        question = frame(0x63)
         writer.transport.pause_reading()  # type: ignore[attr-defined]
         while transport.is_reading():
             writer.write(question * 200)
@@ -290,7 +275,7 @@ def test_explicit_messages_bear_their_code_point(bench: Any, code_point: int, to
     bench.ask(f"1003 2048 2401 3008 {code_point:02X}")
 
     async def talk(tcp: TcpServer, port: int) -> None:
-        await say(await asyncio.open_connection("127.0.0.1", port), REGISTER, 28)
+        await register(await connect(port))
         (connection,) = tcp.connections
         wire = connection.transport.get_extra_info("socket")
         assert wire.getsockopt(socket.IPPROTO_IP, socket.IP_TOS) == tos

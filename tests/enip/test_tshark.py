@@ -66,10 +66,7 @@ class Capture:
         command = [TSHARK, "-n", "-l", "-i", "lo", "-f", capture, "-w", str(file)]
         command += ["-P", "-T", "fields", "-e", "udp.srcport"]
         self._process = subprocess.Popen(
-            command,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         self._lines: queue.Queue[str | None] = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()

@@ -43,7 +43,7 @@ def test_services_and_interfaces_are_listed_at_once(
     assert datagrams.answer(frame(command), LOCAL, broadcast) == Delayed(frame(command, data), 0.0)
 
 
-def test_the_identity_is_told_at_once_to_who_asks_us(datagrams: Datagrams) -> None:
+def test_a_direct_question_for_the_identity_is_answered_at_once(datagrams: Datagrams) -> None:
     assert datagrams.answer(frame("6300"), LOCAL, False) == Delayed(frame("6300", IDENTITY), 0.0)
 
 
@@ -67,7 +67,9 @@ def test_the_answer_to_everybody_comes_after_a_random_delay(
 
 
 @pytest.mark.parametrize("command", ["6500", "6600", "6F00", "7000", "0100", "FFFF"])
-def test_what_needs_a_session_is_no_command_here(datagrams: Datagrams, command: str) -> None:
+def test_commands_that_need_a_session_are_refused_over_udp(
+    datagrams: Datagrams, command: str
+) -> None:
     """Encapsulation status 0x01; nothing if it was said to everybody."""
     request = frame(command, "0100 0000" if command == "6500" else "")
     answer = frame(command, status="01000000")
@@ -103,7 +105,7 @@ def test_anything_else_is_discarded(
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="broadcasts on the loopback are Linux's")
-def test_eighty_broadcasts_of_one_machine_leave_nobody_without_an_answer(bench: Any) -> None:
+def test_after_eighty_broadcasts_of_one_machine_all_are_answered(bench: Any) -> None:
     """Context FFFF: up to 65.5 s may pass. Eight of them wait; the others are answered at once."""
     draws = iter([1.0] * 80)
     datagrams = Datagrams(bench.device.listing, lambda: next(draws, 0.0001))

@@ -44,14 +44,8 @@ def test_an_example_runs_without_a_violation(example: Example) -> None:
 
 @pytest.mark.exhaustive(
     but=[
-        "01_power_up",
-        "02_extended_area",
-        "03_general_io",
-        "05_jog_panel",
-        "06_teach_points",
-        "08_program_by_name",
-        "09_openplc",
-        "11_emergency_stop",
+        *("01_power_up", "02_extended_area", "03_general_io", "05_jog_panel", "06_teach_points"),
+        *("08_program_by_name", "09_openplc", "11_emergency_stop"),
     ]
 )
 @_each
@@ -95,10 +89,7 @@ def test_over_ethernet_ip_the_trace_is_the_same(example: Example) -> None:
 
 
 def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back() -> None:
-    """Servo on, program reset, program start, PTP to point 19, position.
-
-    Source: manual chapter 5, 3.1 and 3.2; guide chapter 2, example.
-    """
+    """Source: manual chapter 5, 3.1 and 3.2; guide chapter 2, example."""
     cell = finished("01_power_up").cell
     assert cell["Main.Stage"] == "STAGE_COMPLETE"
     assert cell["Main.Fault"] == 0

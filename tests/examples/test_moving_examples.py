@@ -164,10 +164,7 @@ def test_points_are_stored_in_the_controller_with_their_names_and_copied_to_the_
 
 
 def test_a_copy_is_written_back_to_a_controller_that_has_lost_the_point() -> None:
-    """What was never taught is not written.
-
-    Source: guide 4.3.1.
-    """
+    """What was never taught is not written. Source: guide 4.3.1."""
     with _build("06_teach_points") as cell:
         cell.run("2900ms")
         taught = cell.robot.points[101]

@@ -17,7 +17,7 @@ from rcx_harness.cli.app import main
 from rcx_harness.verify.storm.campaign import Seed, Storms
 from rcx_harness.verify.storm.cells import CellsOf
 from rcx_harness.verify.storm.course import RECOVERY
-from rcx_harness.verify.storm.replay import MARK
+from structured_text.output.replays import MARK
 
 Captured = pytest.CaptureFixture[str]
 _MOST_LINES = 20

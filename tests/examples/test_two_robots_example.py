@@ -14,7 +14,6 @@ from structured_text.output.toml_files import load_toml
 
 _PLACE = (150_000, 0), (-120_000, 30_000)
 _TRAY = (-50_000, 100_000), (60_000, 90_000)
-_SERVOS_OFF = 0x800C
 
 
 def _build(name: str = "12_two_robots") -> Cell:
@@ -245,10 +244,7 @@ def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
 def test_it_recovers_from_every_kind_of_fault_at_some_scans(
     example: str, tmp_path: object, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`rcx sweep` without --every takes all scans.
-
-    Source: tests/data/sweeps.
-    """
+    """`rcx sweep` without --every takes all scans. Source: tests/data/sweeps."""
     folder, sweeps = ROOT / "plc/examples" / example, ROOT / "tests/data/sweeps"
     robots = [f"--robot={folder / f'robot{k}.toml'}" for k in (1, 2)]
     faults = "emergency_stop,link_down,power_cycle,alarm,plc_stop,plc_power_off"

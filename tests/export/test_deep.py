@@ -1,4 +1,4 @@
-"""Expressions that lie deep inside each other: exported, or told with their place."""
+"""Deeply nested expressions are exported, or refused with their place."""
 
 from __future__ import annotations
 
@@ -31,9 +31,7 @@ def test_calls_deep_inside_each_other_are_exported(target: str, depth: int, tmp_
     assert any(text.count("ABS") >= depth for text in output.files.values())
 
 
-def test_what_no_stack_holds_is_told_with_its_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_body_too_deep_has_its_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Source: docs/reference/limits.md, programs."""
 
     def too_small(work: object) -> None:

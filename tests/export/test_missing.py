@@ -36,31 +36,17 @@ _LOST = {
     "plcopen": [],
     "twincat": [_CONFIGURATION],
     "scl": [f"86: VAR Old of PROGRAM Mine: {_ANEW}", _CONFIGURATION],
-    "l5x": [
-        f"39: {_BLOCK}: Kept has an initial value that is no single number",
-        "80: PROGRAM Mine: needs FB_Mine, which is not carried",
-        _CONFIGURATION,
-    ],
-    "omron": [
-        _CONFIGURATION,
-        f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
-        f"86: VAR Old of PROGRAM Mine: {_ANEW}",
-    ],
-    "mitsubishi": [
-        _CONFIGURATION,
-        f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
-        f"86: VAR Old of PROGRAM Mine: {_ANEW}",
-    ],
-    "keyence": [
-        _CONFIGURATION,
-        f"39: VAR Kept of {_BLOCK}: {_ANEW}",
-        f"40: VAR Count of {_BLOCK}: {_ANEW}",
-        f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
-        f"58: VAR_OUTPUT Total of {_BLOCK}: {_ANEW}",
-        f"86: VAR Old of PROGRAM Mine: {_ANEW}",
-        f"87: VAR Hours of PROGRAM Mine: {_ANEW}",
-    ],
-}
+    "l5x": [f"39: {_BLOCK}: Kept has an initial value that is not a single number",
+            "80: PROGRAM Mine: needs FB_Mine, which is not carried", _CONFIGURATION],
+    "omron": [_CONFIGURATION, f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+              f"86: VAR Old of PROGRAM Mine: {_ANEW}"],
+    "mitsubishi": [_CONFIGURATION, f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+                   f"86: VAR Old of PROGRAM Mine: {_ANEW}"],
+    "keyence": [_CONFIGURATION, f"39: VAR Kept of {_BLOCK}: {_ANEW}",
+                f"40: VAR Count of {_BLOCK}: {_ANEW}", f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+                f"58: VAR_OUTPUT Total of {_BLOCK}: {_ANEW}",
+                f"86: VAR Old of PROGRAM Mine: {_ANEW}", f"87: VAR Hours of PROGRAM Mine: {_ANEW}"],
+}  # fmt: skip
 
 _OUTSIDE = """\
 FUNCTION_BLOCK FB_Shared
@@ -112,9 +98,7 @@ def _export(target: str, file: Path, *options: str) -> int:
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_is_not_carried_is_named_and_only_the_rest_can_be_written(
-    target: str, mine: Path, capsys: Captured
-) -> None:
+def test_what_is_not_carried_is_reported(target: str, mine: Path, capsys: Captured) -> None:
     """Each line of it is file, line, declaration and what is lost; the exit code is 1."""
     place = mine.parent / target
     assert _export(target, mine) == (1 if _LOST[target] else 0)
@@ -135,9 +119,7 @@ def test_what_is_not_carried_is_named_and_only_the_rest_can_be_written(
 
 
 @pytest.mark.parametrize("target", ["scl", "l5x", "omron", "mitsubishi", "keyence"])
-def test_a_program_that_is_left_out_is_named_with_all_that_needs_it(
-    target: str, tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_program_left_out_has_its_users(target: str, tmp_path: Path, capsys: Captured) -> None:
     file = tmp_path / "Outside.st"
     file.write_text(_OUTSIDE)
     assert _export(target, file) == 1
@@ -158,9 +140,7 @@ def test_a_program_that_is_left_out_is_named_with_all_that_needs_it(
 
 
 @pytest.mark.exhaustive
-def test_what_the_library_has_for_words_is_no_reason_to_stop(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_byte_arrays_of_the_library_stop_no_export(tmp_path: Path, capsys: Captured) -> None:
     out = tmp_path / "keyence"
     assert main(["export", "keyence", "-o", str(out)]) == 0
     assert "FUNCTION_BLOCK FB_ReadArea: has an array of BYTE" in capsys.readouterr().out
@@ -333,9 +313,7 @@ def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Pat
     assert back.read("Main.It.Timed") == 2000, "[ms]"
 
 
-def test_twincat_has_the_global_variables_as_a_list_and_no_word_for_non_retain(
-    tmp_path: Path,
-) -> None:
+def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> None:
     file = tmp_path / "Outside.st"
     file.write_text(_OUTSIDE.replace("VAR_GLOBAL\n", "VAR_GLOBAL NON_RETAIN (* NON_RETAIN *)\n"))
     output = export("twincat", program=[file], only_needed=True)
@@ -361,7 +339,7 @@ def test_twincat_has_the_global_variables_as_a_list_and_no_word_for_non_retain(
         ("keyence", "i := SEL(TRUE, i, 3);", "SEL is not on the list for KV STUDIO"),
     ],
 )
-def test_what_the_tool_has_no_word_for_stops_the_export_with_the_line_of_its_use(
+def test_a_function_without_a_word_stops_the_export_with_its_line(
     target: str, statement: str, said: str, tmp_path: Path, capsys: Captured
 ) -> None:
     """Line 6 of the file is that of the statement, 8 that of the program that needs the block."""

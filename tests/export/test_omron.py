@@ -91,9 +91,7 @@ class _Again:
         return f"{name} : {self._spec(kind)}{value};\nEND_VAR"
 
 
-def test_put_together_again_it_is_sound_and_the_example_runs_as_recorded(
-    files: Mapping[str, str], tmp_path: Path
-) -> None:
+def test_the_example_runs_after_the_way_back(files: Mapping[str, str], tmp_path: Path) -> None:
     """Types, defaults and statements of all tables and bodies are in it."""
     again = tmp_path / "again.st"
     again.write_text(_Again(files).text(), encoding="utf-8")
@@ -126,9 +124,7 @@ def test_put_together_again_all_begins_with_the_values_of_the_sources(tmp_path: 
         assert original.read(f"Main.{path}") == back.read(f"Main.{path}"), path
 
 
-def test_every_variable_is_in_its_table_with_type_default_and_comment(
-    sources: Sources, files: Mapping[str, str]
-) -> None:
+def test_every_variable_is_in_its_table(sources: Sources, files: Mapping[str, str]) -> None:
     for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):
         path = f"{part.folder}/{part.name}"
         rows = {
@@ -149,9 +145,7 @@ def test_every_variable_is_in_its_table_with_type_default_and_comment(
         assert rows == {}, part.name
 
 
-def test_types_are_those_of_the_tool_or_made_in_the_folder(
-    files: Mapping[str, str], whole: bool
-) -> None:
+def test_types_are_known_to_the_tool_or_made(files: Mapping[str, str], whole: bool) -> None:
     """Source: Omron W501, page 6-32, and W506, 8-7; structures and blocks are files here."""
     made = {Path(path).stem.split(".")[0] for path in files} | {"TON", "R_TRIG", "STRING[81]"}
     cells = [
@@ -166,9 +160,7 @@ def test_types_are_those_of_the_tool_or_made_in_the_folder(
         assert (found[2] if found else kind) in _TYPES | made
 
 
-def test_text_functions_get_the_types_that_they_want_and_names_of_instructions_are_changed(
-    files: Mapping[str, str],
-) -> None:
+def test_text_functions_get_the_types_that_they_want(files: Mapping[str, str]) -> None:
     """Source: Omron W501, 6-3-12: a name of an instruction is refused."""
     assert "Letter := MID(Text, 1, INT_TO_UINT(Position));" in files["core/FC_RcxCharCode.st"]
     assert "Place := UINT_TO_INT(FIND('PQR" in files["core/FC_RcxCharCode.st"]

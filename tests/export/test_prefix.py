@@ -14,7 +14,9 @@ from exported import example_sources, recorded, shapes, trace_of
 from plc_bench import ROOT
 from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
-from structured_text.engines.load import build, find_c_compiler, find_matiec
+from structured_text.engines.load import build
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.export import TARGETS
 from structured_text.export.output import write
 from structured_text.export.parts import Sources
@@ -118,9 +120,7 @@ def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
 @pytest.mark.exhaustive(but=[*(f"{target}-Yam_" for target in TARGETS), "st-RCX_"])
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", TARGETS)
-def test_every_name_of_the_library_has_the_prefix_and_nothing_else(
-    target: str, prefix: str
-) -> None:
+def test_every_library_name_and_no_other_has_the_prefix(target: str, prefix: str) -> None:
     """In the library, in the program that uses it, in file names, tables and steps."""
     plain = TARGETS[target].write(example_sources(EXAMPLES[0].name))
     renamed = TARGETS[target].write(_renamed(prefix))
@@ -134,9 +134,7 @@ def test_every_name_of_the_library_has_the_prefix_and_nothing_else(
 @pytest.mark.exhaustive(but=["st-RCX_"])
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", ["st", "plcopen", "l5x"])
-def test_an_example_has_the_same_trace_under_other_names(
-    target: str, prefix: str, tmp_path: Path
-) -> None:
+def test_a_renamed_example_has_the_same_trace(target: str, prefix: str, tmp_path: Path) -> None:
     """As one file, as PLCopen XML read back, and as Logix instructions read back."""
     example = EXAMPLES[0]
     name = {"st": "one.st", "plcopen": "one.xml", "l5x": "one.L5X"}[target]
@@ -187,9 +185,7 @@ def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None
     assert program.read("Main.Own.FB_RcxJob") is True
 
 
-def test_a_member_that_begins_with_the_prefix_by_its_type_alone_has_it_in_a_literal(
-    tmp_path: Path,
-) -> None:
+def test_a_literal_of_a_type_with_the_prefix_is_renamed_right(tmp_path: Path) -> None:
     """RCX_UNIT stays, UNIT_MM does not."""
     source = tmp_path / "Mine.st"
     source.write_text(
@@ -202,7 +198,7 @@ def test_a_member_that_begins_with_the_prefix_by_its_type_alone_has_it_in_a_lite
 
 
 @pytest.mark.parametrize("prefix", ["", "1A_", "A__", "A B", "_A", "Ä_", "A-", "A.B"])
-def test_what_cannot_begin_a_name_is_refused(prefix: str, tmp_path: Path, capsys: Captured) -> None:
+def test_a_wrong_prefix_is_refused(prefix: str, tmp_path: Path, capsys: Captured) -> None:
     assert main(["export", "st", "--prefix", prefix, "-o", str(tmp_path / "x.st")]) == 2
     assert capsys.readouterr().err == (
         f"rcx: --prefix {prefix!r} cannot begin a name; "
@@ -218,7 +214,7 @@ def test_what_cannot_begin_a_name_is_refused(prefix: str, tmp_path: Path, capsys
         (2, "PROGRAM Main\n  VAR X : RCX_FB_SERVOON; END_VAR\n  X();\n"),
     ],
 )
-def test_a_new_name_that_the_user_has_already_is_told_with_its_place(
+def test_a_new_name_that_exists_is_reported_with_its_place(
     line: int, code: str, tmp_path: Path, capsys: Captured
 ) -> None:
     source = tmp_path / "Mine.st"

@@ -9,7 +9,7 @@ import pytest
 
 from matiec_habits import HABITS, iec2c_takes
 from rcx_harness.cli.app import main
-from structured_text.engines.load import find_matiec
+from structured_text.engines.matiec.build import find_matiec
 from structured_text.export.refused import CONSTRUCTS_FILE, tools
 from structured_text.export.targets import TARGETS
 from structured_text.language.constructs import CONSTRUCTS, Use
@@ -61,40 +61,18 @@ def habits(tmp_path: Path) -> Path:
     [
         ("codesys", [(8, False, "(/* */)")]),
         ("twincat", [(6, False, "CTU is not on the list"), (8, False, "(/* */)")]),
-        (
-            "rockwell",
-            [
-                (4, True, "POINTER TO"),
-                (6, False, "CTU is not on the list"),
-                (9, False, "an implicit conversion"),
-                (10, False, "a bit by its number"),
-                (11, False, "no ; after END"),
-            ],
-        ),
-        (
-            "siemens",
-            [
-                (4, False, "POINTER TO"),
-                (8, False, "(/* */)"),
-                (9, False, "an implicit conversion"),
-                (10, False, "a bit by its number"),
-                (11, False, "no ; after END"),
-            ],
-        ),
-        (
-            "matiec",
-            [
-                (3, True, "a comment with //"),
-                (4, True, "POINTER TO"),
-                (8, True, "(/* */)"),
-                (9, True, "an implicit conversion"),
-                (10, True, "a bit by its number"),
-                (11, True, "no ; after END"),
-            ],
-        ),
+        ("rockwell", [(4, True, "POINTER TO"), (6, False, "CTU is not on the list"),
+                      (9, False, "an implicit conversion"), (10, False, "a bit by its number"),
+                      (11, False, "no ; after END")]),
+        ("siemens", [(4, False, "POINTER TO"), (8, False, "(/* */)"),
+                     (9, False, "an implicit conversion"), (10, False, "a bit by its number"),
+                     (11, False, "no ; after END")]),
+        ("matiec", [(3, True, "a comment with //"), (4, True, "POINTER TO"), (8, True, "(/* */)"),
+                    (9, True, "an implicit conversion"), (10, True, "a bit by its number"),
+                    (11, True, "no ; after END")]),
     ],
-)
-def test_all_findings_are_told_with_line_and_what_to_write(
+)  # fmt: skip
+def test_every_finding_has_its_line_and_a_remedy(
     habits: Path, capsys: Captured, tool: str, expected: list[tuple[int, bool, str]]
 ) -> None:
     assert _check(tool, habits) == any(certain for _, certain, _ in expected)
@@ -106,14 +84,14 @@ def test_all_findings_are_told_with_line_and_what_to_write(
 
 
 @pytest.mark.parametrize("tool", _TOOLS)
-def test_a_portable_program_is_refused_by_none(tmp_path: Path, capsys: Captured, tool: str) -> None:
+def test_every_tool_takes_a_portable_program(tmp_path: Path, capsys: Captured, tool: str) -> None:
     file = tmp_path / "plain.st"
     file.write_text(_PLAIN)
     assert _check(tool, file) == 0
     assert "nothing refused, nothing that may be refused" in capsys.readouterr().out
 
 
-def test_what_an_export_does_not_carry_is_refused(
+def test_a_part_that_is_not_carried_is_refused(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
     """GX Works3 has no BYTE; TwinCAT has no CONFIGURATION in text."""
@@ -127,9 +105,7 @@ def test_what_an_export_does_not_carry_is_refused(
     assert _check("codesys", program) == 0
 
 
-def test_a_reserved_word_of_the_third_edition_may_be_refused_but_not_by_matiec(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_reserved_word_may_be_refused_but_not_by_matiec(tmp_path: Path, capsys: Captured) -> None:
     file = tmp_path / "word.st"
     file.write_text("PROGRAM P1\nVAR\n  Overlap : INT;\nEND_VAR\nOverlap := 1;\nEND_PROGRAM\n")
     assert _check("omron", file) == 0
@@ -140,7 +116,7 @@ def test_a_reserved_word_of_the_third_edition_may_be_refused_but_not_by_matiec(
 @pytest.mark.parametrize(
     ("file", "tool", "other"), [("cell.L5X", "rockwell", "omron"), ("cell.scl", "siemens", "omron")]
 )
-def test_of_its_own_files_a_tool_refuses_nothing(
+def test_a_tool_takes_its_own_files(
     repository: Path, capsys: Captured, file: str, tool: str, other: str
 ) -> None:
     path = repository / "tests" / "engine" / "projects" / "data" / file
@@ -187,7 +163,7 @@ def test_errors_of_the_sources_come_first(tmp_path: Path, capsys: Captured) -> N
         (["--for", "codesys", "--lint"], "--for and --lint exclude each other"),
     ],
 )
-def test_what_cannot_be_asked_is_one_message(
+def test_wrong_options_are_one_message(
     habits: Path, capsys: Captured, arguments: list[str], message: str
 ) -> None:
     assert main(["check", str(habits), *arguments]) == 2
@@ -195,7 +171,7 @@ def test_what_cannot_be_asked_is_one_message(
 
 
 def test_the_table_names_known_constructs_tools_and_sources() -> None:
-    """Each with a source that is told, none both taken and refused."""
+    """Each has a source that is shown, and none is both taken and refused."""
     assert tuple(tools()) == _TOOLS
     content = load_toml(CONSTRUCTS_FILE)
     used = set()
@@ -213,7 +189,7 @@ def test_the_table_names_known_constructs_tools_and_sources() -> None:
     assert used == content["sources"].keys()
 
 
-def test_what_no_source_speaks_of_is_assumed() -> None:
+def test_a_construct_without_a_source_is_assumed() -> None:
     """Neither taken nor refused: `None`, told as "may be refused"."""
     at = Position(1, 1)
     keyence = tools()["keyence"]

@@ -16,13 +16,7 @@ from structured_text.export import TARGETS
 from structured_text.export.output import write
 
 #: Targets that can be read back, with the name of what is written.
-_READ = {
-    "st": "one.st",
-    "plcopen": "one.xml",
-    "twincat": "plc",
-    "scl": "one.scl",
-    "l5x": "one.L5X",
-}
+_READ = {"st": "one.st", "plcopen": "one.xml", "twincat": "plc", "scl": "one.scl", "l5x": "one.L5X"}
 #: The quick tier: words, general I/O, texts with arrays of structures.
 _QUICK = ("01_power_up", "03_general_io", "06_teach_points")
 #: All that can be carried (09 has located variables) where the statements become others.
@@ -67,9 +61,7 @@ def _files(target: str, example: Example, folder: Path) -> list[Path]:
 
 @pytest.mark.exhaustive(but=[f"{target}-{name}" for target in _READ for name in _QUICK])
 @pytest.mark.parametrize(("target", "name"), _CASES, ids=lambda one: one)
-def test_an_example_runs_from_what_a_tool_gets_of_it(
-    target: str, name: str, tmp_path: Path
-) -> None:
+def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path: Path) -> None:
     """Read as `rcx run` reads it, without the library: the bytes on the wire are those recorded.
 
     Source: docs/how-to/export.md.
@@ -81,7 +73,7 @@ def test_an_example_runs_from_what_a_tool_gets_of_it(
 
 @pytest.mark.exhaustive(but=["twincat", "l5x"])
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_is_written_is_the_same_every_time(target: str) -> None:
+def test_an_export_is_the_same_every_time(target: str) -> None:
     """Identifiers of TwinCAT and dates of L5X, too.
 
     Source: docs/how-to/export.md: made again, a file has not changed.
@@ -112,7 +104,7 @@ _IN_WORDS = {one: f"{one}Words" for one in ("FB_ReadArea", "FB_WriteArea")}
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_of_the_sample_is_not_carried_is_named(target: str) -> None:
+def test_a_part_that_is_not_carried_is_named(target: str) -> None:
     """A task is made in the tool; blocks with an array of BYTE have others for words.
 
     Source: docs/how-to/export.md.

@@ -127,9 +127,7 @@ def _listed(target: str) -> set[str]:
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_each_standard_function_and_block_is_on_the_list_or_refused_by_name(
-    target: str, tmp_path: Path
-) -> None:
+def test_each_standard_name_is_listed_or_refused(target: str, tmp_path: Path) -> None:
     """Refused with file, line, name and what to do."""
     texts = {
         **{key: _function(key) for key in FUNCTIONS},
@@ -154,7 +152,7 @@ def test_each_standard_function_and_block_is_on_the_list_or_refused_by_name(
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_came_after_the_second_edition_is_refused_by_name(target: str, tmp_path: Path) -> None:
+def test_later_functions_and_blocks_are_refused_by_name(target: str, tmp_path: Path) -> None:
     """A function and a block of those, with file and line; nothing is written."""
     texts = (
         ("ATAN2", 5, _block("A", "", "x := ATAN2(x, x);")),
@@ -199,7 +197,7 @@ def test_each_example_is_on_each_list(name: str) -> None:
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_the_library_calls_is_on_the_list(target: str) -> None:
+def test_calls_of_the_library_are_on_the_list(target: str) -> None:
     """Read from what is written, not from the sources."""
     sources, files = sample(), written(target).files
     own = {part.name for part in sources.parts} | {"RCX_TON", "RCX_R_TRIG", "RCX_FirstScan"}

@@ -83,9 +83,7 @@ def test_a_full_disk_leaves_the_old_file_as_it_was(
     assert _texts(out.parent) == {"cell": before}
 
 
-def test_a_full_disk_leaves_the_old_folder_as_it_was_and_makes_no_new_one(
-    plc: Path, capsys: Captured
-) -> None:
+def test_a_full_disk_changes_no_folder(plc: Path, capsys: Captured) -> None:
     assert _export("twincat", "out/old") == 0
     before = _texts(plc)
     (plc / "Mine.st").write_text(_program("FC_RcxWord(LowByte := b, HighByte := b)"))
@@ -102,7 +100,7 @@ def test_a_full_disk_leaves_the_old_folder_as_it_was_and_makes_no_new_one(
 def test_without_its_record_no_file_of_a_folder_is_written(
     plc: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """A later export would take them for files of others; the disk is full with the last one."""
+    """A later export would take them for the user's files; the disk is full with the last file."""
 
     class Full(FileIO):
         def write(self, data: Any) -> int:
@@ -130,7 +128,7 @@ def test_a_file_of_the_users_is_not_written_over_and_an_earlier_export_is(
     mine = plc / "robot.toml"
     mine.write_bytes(b"the user's")
     assert main(words) == 2
-    said = "rcx: robot.toml: is no export's; nothing was written; move it away\n"
+    said = "rcx: robot.toml: is not an export's; nothing was written; move it away\n"
     assert capsys.readouterr().err == said
     assert mine.read_bytes() == b"the user's"
     mine.unlink()
@@ -150,9 +148,7 @@ def test_a_link_stays_a_link_and_the_rights_stay(plc: Path) -> None:
 
 
 @pytest.mark.parametrize("target", ["twincat", "omron", "mitsubishi", "keyence"])
-def test_a_folder_with_files_is_refused_and_none_of_them_written_over(
-    plc: Path, target: str, capsys: Captured
-) -> None:
+def test_files_of_others_in_a_folder_are_kept(plc: Path, target: str, capsys: Captured) -> None:
     out = plc / "out"
     assert _export(target, "out", "--allow-missing") == 0
     names = sorted(name for name in _texts(out) if name != _RECORD)
@@ -168,7 +164,7 @@ def test_a_folder_with_files_is_refused_and_none_of_them_written_over(
     assert "rcx: out: has files that no export wrote; name an empty folder or a new one" in said
     assert _export(target, "out", "--allow-missing", "--force") == 2
     said = capsys.readouterr().err
-    assert f"rcx: {theirs.relative_to(plc)}: is no export's; nothing was written" in said
+    assert f"rcx: {theirs.relative_to(plc)}: is not an export's; nothing was written" in said
     assert _texts(out) == before
     theirs.unlink()
     assert _export(target, "out", "--allow-missing", "--force") == 0
@@ -176,20 +172,16 @@ def test_a_folder_with_files_is_refused_and_none_of_them_written_over(
     assert sorted(_texts(out)) == sorted([*names, "notes.txt", _RECORD])
 
 
-def test_an_earlier_export_is_refused_and_its_place_taken_if_asked_to(
-    plc: Path, capsys: Captured
-) -> None:
+def test_an_earlier_export_is_replaced_on_request(plc: Path, capsys: Captured) -> None:
     assert _export("twincat", "out") == 0
     before = _texts(plc / "out")
     assert _export("twincat", "out") == 2
-    assert capsys.readouterr().err == "rcx: out: has an earlier export; --force takes its place\n"
+    assert capsys.readouterr().err == "rcx: out: has an earlier export; --force replaces it\n"
     assert _export("twincat", "out", "--force") == 0
     assert _texts(plc / "out") == before
 
 
-def test_objects_of_an_earlier_export_that_are_no_longer_needed_are_removed(
-    plc: Path, capsys: Captured
-) -> None:
+def test_unneeded_objects_of_an_earlier_export_go(plc: Path, capsys: Captured) -> None:
     """But not what the user has changed, or put there."""
     lib = plc.parent / "lib"
     for name in ("core/FC_RcxWord", "core/FC_RcxBitMask", "core/FC_RcxOutside", "points/FC_One"):
@@ -218,9 +210,7 @@ def test_objects_of_an_earlier_export_that_are_no_longer_needed_are_removed(
     assert not (plc / "out/RCX3/points").exists(), "no empty folders"
 
 
-def test_what_the_user_has_changed_in_an_export_is_not_written_over(
-    plc: Path, capsys: Captured
-) -> None:
+def test_a_changed_file_of_an_export_is_kept(plc: Path, capsys: Captured) -> None:
     assert _export("omron", "out") == 0
     body = plc / "out/program/Mine.st"
     body.write_bytes(b"(* mine now *)")
@@ -238,7 +228,7 @@ def test_a_record_that_is_none_is_the_users(plc: Path, text: str, capsys: Captur
     (plc / "out").mkdir()
     (plc / "out" / _RECORD).write_text(text)
     assert _export("omron", "out", "--force") == 2
-    assert "is no record of an export; move it away" in capsys.readouterr().err
+    assert "is not a record of an export; move it away" in capsys.readouterr().err
     assert _texts(plc / "out") == {_RECORD: text.encode()}
 
 
@@ -256,9 +246,7 @@ def test_a_record_names_nothing_outside_of_its_folder(plc: Path) -> None:
 @pytest.mark.parametrize(
     ("target", "out"), [("st", "cell.st"), ("st", "a.st"), ("omron", "out"), ("keyence", "plc")]
 )
-def test_an_export_does_not_read_what_one_has_written_before(
-    plc: Path, target: str, out: str
-) -> None:
+def test_an_export_does_not_read_an_earlier_one(plc: Path, target: str, out: str) -> None:
     """`--program .` is the user's files, however often it is exported."""
     assert _export(target, out) == 0
     first = _texts(plc)
@@ -268,7 +256,7 @@ def test_an_export_does_not_read_what_one_has_written_before(
     assert st_files(plc) == [plc / "Mine.st"]
 
 
-def test_neither_do_the_other_commands(plc: Path, capsys: Captured) -> None:
+def test_other_commands_do_not_read_an_export_either(plc: Path, capsys: Captured) -> None:
     """Twice in the folder, each name would be declared twice."""
     assert _export("st", "cell.st") == 0
     assert _export("keyence", "out", "--allow-missing") == 0

@@ -1,4 +1,4 @@
-"""`rcx scan`: what it prints, and that it writes nothing unless told to."""
+"""`rcx scan`: what it prints, and that it writes on request only."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def adapter(running: Adapter) -> Adapter:
 
 @pytest.fixture
 def scan(adapter: Adapter) -> Run:
-    """Runs `rcx scan` on the adapter for one look, unless told otherwise."""
+    """Runs `rcx scan` on the adapter, by default for a single look."""
 
     def run(*options: str, duration: str = "0s") -> int:
         host, port = adapter.address
@@ -91,9 +91,7 @@ def test_identity_comes_first_then_both_areas_and_the_telegram(
     assert lines[-1].split(" packets received, ")[0].isdigit()
 
 
-def test_without_write_nothing_is_written_and_nobody_owns_the_outputs(
-    scan: Run, adapter: Adapter
-) -> None:
+def test_without_write_nothing_is_written(scan: Run, adapter: Adapter) -> None:
     """An Input Only connection sends no data; a master keeps its robot."""
     before = bytes(range(48))
     adapter.shared.to_robot.write(before)
@@ -113,10 +111,8 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         assert master.read().connected
         assert adapter.shared.status().owner is OwnerState.RUN
         assert "owned by a master" in capsys.readouterr().out
-
         assert scan("--listen-only") == 0
         assert "listen only connection" in capsys.readouterr().out
-
         assert scan("--write", "SI06=1") == 2
         error = capsys.readouterr().err
         assert "0x0106, another master owns the outputs" in error
@@ -126,9 +122,7 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         assert adapter.read_to_robot() == output_image(["SI00=1"], 48)
 
 
-def test_with_write_it_is_the_master_and_writes_what_it_was_told(
-    scan: Run, adapter: Adapter, capsys: Captured
-) -> None:
+def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captured) -> None:
     """Everything else is 0."""
     assert scan("--write", "SI00=1", "--write", "SIW(2)=5", duration="200ms") == 0
     out = capsys.readouterr().out
@@ -139,14 +133,10 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
     assert adapter.read_to_robot() == output_image(["SI00=1", "SIW(2)=5"], 48)
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "options0-0x0128, the size from the device does not fit the assembly",
-        "options2-0x0112, the packet interval is not acceptable",
-        "options11-an area of 64 bytes does not exist",
-        "options14-no connection to the EtherNet/IP adapter",
-    ]
-)
+@pytest.mark.exhaustive(but=["options0-0x0128, the size from the device does not fit the assembly",
+                             "options2-0x0112, the packet interval is not acceptable",
+                             "options11-an area of 64 bytes does not exist",
+                             "options14-no connection to the EtherNet/IP adapter"])  # fmt: skip
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -167,7 +157,7 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
         (["--from", "192.0.2.1"], "no connection to the EtherNet/IP adapter"),
     ],
 )
-def test_a_refusal_is_told_in_words(
+def test_a_refusal_is_reported_in_words(
     scan: Run, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert scan(*options) == 2
@@ -176,62 +166,41 @@ def test_a_refusal_is_told_in_words(
     assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize(
-    ("extended", "hint"),
-    [
-        ((0x112,), "try --rpi 10ms"),
-        ((0x111,), "try --rpi 10ms"),
-        ((0x112, 0x0000, 10_000, 0, 10_000, 0), "try --rpi 10ms"),
-        (
-            (0x112, 0x0303, 0xD400, 0x0030, 0xD400, 0x0030),
-            "the longest that it takes is 3200 ms; try --rpi 3200ms",
-        ),
-        (
-            (0x112, 0x0400, 5_000, 0, 20_000, 0),
-            "the one that it takes is 20 ms; try --rpi 20ms",
-        ),
-    ],
-)
-def test_a_refused_interval_comes_with_one_to_try(
-    running: Adapter, monkeypatch: pytest.MonkeyPatch, extended: tuple[int, ...], hint: str
-) -> None:
-    """A byte of meaning for each direction, then the two intervals in words; 3.2 s is 0x0030D400.
+_OTHER_SIZE = "its areas have another size: try --size "
+_EDS = "its EDS file has the sizes; give them with --input-size and --output-size"
 
-    Source: CIP volume 1, chapter 3, 5.6, extended status 0x112; the words are admission.py's
+
+@pytest.mark.parametrize(
+    ("extended", "size", "hint"),
+    [
+        ((0x112,), 48, "try --rpi 10ms"),
+        ((0x111,), 48, "try --rpi 10ms"),
+        ((0x112, 0x0000, 10_000, 0, 10_000, 0), 48, "try --rpi 10ms"),
+        # 3.2 s is 0x0030D400
+        ((0x112, 0x0303, 0xD400, 0x0030, 0xD400, 0x0030), 48,
+         "the longest that it takes is 3200 ms; try --rpi 3200ms"),
+        ((0x112, 0x0400, 5_000, 0, 20_000, 0), 48,
+         "the one that it takes is 20 ms; try --rpi 20ms"),
+        *(((code,), size, hint)
+          for code in (0x109, 0x127, 0x128)
+          for size, hint in ((48, f"{_OTHER_SIZE}256"), (256, f"{_OTHER_SIZE}48"), (64, _EDS))),
+    ],
+)  # fmt: skip
+def test_a_refused_interval_or_size_comes_with_one_to_try(
+    running: Adapter,
+    monkeypatch: pytest.MonkeyPatch,
+    extended: tuple[int, ...],
+    size: int,
+    hint: str,
+) -> None:
+    """A byte of meaning for each direction, then the two intervals in words.
+
+    Source: CIP volume 1, chapter 3, 5.6, extended status 0x112; the words are admission.py's;
+    0x109, 0x127 and 0x128: a size
     """
 
     def refuse(scanner: Scanner) -> None:
         raise CipError("Forward Open", 0x01, extended)
-
-    monkeypatch.setattr(Scanner, "open", refuse)
-    host, port = running.address
-    with pytest.raises(InputError) as refused:
-        look(ScanOptions(host, port=port), lambda line: None)
-    assert refused.value.hint == hint
-
-
-@pytest.mark.exhaustive(
-    but=[
-        "256-its areas have another size: try --size 48-265",
-        "48-its areas have another size: try --size 256-295",
-    ]
-)
-@pytest.mark.parametrize("code", [0x109, 0x127, 0x128])
-@pytest.mark.parametrize(
-    ("size", "hint"),
-    [
-        (48, "its areas have another size: try --size 256"),
-        (256, "its areas have another size: try --size 48"),
-        (64, "its EDS file has the sizes; give them with --input-size and --output-size"),
-    ],
-)
-def test_a_refused_size_comes_with_what_to_try(
-    running: Adapter, monkeypatch: pytest.MonkeyPatch, code: int, size: int, hint: str
-) -> None:
-    """Source: CIP volume 1, chapter 3, 5.6, extended status 0x109, 0x127 and 0x128: a size."""
-
-    def refuse(scanner: Scanner) -> None:
-        raise CipError("Forward Open", 0x01, (code,))
 
     monkeypatch.setattr(Scanner, "open", refuse)
     host, port = running.address
@@ -278,39 +247,34 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--port", "99999"], "--port 99999 is no port; ports are 1 to 65535"),
-        (["--port", "0"], "--port 0 is no port; ports are 1 to 65535"),
-        (["--rpi", "5s"], "--rpi 5s is no packet interval; it can be 1ms to 3200ms"),
-        (["--rpi", "10us"], "--rpi 10us is no packet interval; it can be 1ms to 3200ms"),
-        (["--heartbeat", "65536"], "--heartbeat 65536 is no connection point; they are 1 to 65535"),
+        (["--port", "99999"], "--port 99999 is not a port; ports are 1 to 65535"),
+        (["--port", "0"], "--port 0 is not a port; ports are 1 to 65535"),
+        (["--rpi", "5s"], "--rpi 5s is not a packet interval; it can be 1ms to 3200ms"),
+        (["--rpi", "10us"], "--rpi 10us is not a packet interval; it can be 1ms to 3200ms"),
+        (["--heartbeat", "65536"], "--heartbeat 65536 is not a connection point; they are 1 to"),
         (["--input-size", "0"], "an assembly of 0 bytes cannot be exchanged"),
         (["--output-size", "1401"], "an assembly of 1401 bytes cannot be exchanged"),
-        (["--input-instance", "0"], "0 is no instance of an assembly"),
-        (
-            ["--config-instance", "x"],
-            "--config-instance x is no instance; write it as 151, or none",
-        ),
-        (["--config-instance", "65536"], "65536 is no instance of an assembly"),
-        (["--config-instance", "9" * 5_000], f"--config-instance {'9' * 40} is no instance; write"),
+        (["--input-instance", "0"], "0 is not an instance of an assembly"),
+        (["--config-instance", "x"],
+         "--config-instance x is not an instance; write it as 151, or none"),
+        (["--config-instance", "65536"], "65536 is not an instance of an assembly"),
+        (["--config-instance", "9" * 5_000], f"--config-instance {'9' * 40} is not an instance;"),
         (["--config-data", "01"], "configuration data need the instance that they are for"),
-        (
-            ["--config-instance", "1", "--config-data", "01"],
-            "configuration data are an even number",
-        ),
-        (
-            ["--config-instance", "1", "--config-data", "00" * 512],
-            "configuration data are an even number of bytes, at most 510",
-        ),
-        (["--config-instance", "1", "--config-data", "xy"], "--config-data 'xy' are no bytes"),
-        (["--from", "here"], "--from 'here' is no IPv4 address; write it as 192.168.0.10"),
+        (["--config-instance", "1", "--config-data", "01"],
+         "configuration data are an even number"),
+        (["--config-instance", "1", "--config-data", "00" * 512],
+         "configuration data are an even number of bytes, at most 510"),
+        (["--config-instance", "1", "--config-data", "xy"],
+         "--config-data 'xy' is not hexadecimal; write it in hexadecimal, as 01000A00"),
+        (["--from", "here"], "--from 'here' is not an IPv4 address; write it as 192.168.0.10"),
         (["--for", "nan"], "--for: not a duration: 'nan'; write it as 10ms, 1.5s or 1m30s"),
         (["--for", "400d"], "--for: '400d' is too long for a duration; it can be 0s to 365d"),
         (["--rpi", "-1ms"], "--rpi: not a duration: '-1ms'; write it as 10ms, 1.5s or 1m30s"),
-        (["--config-instance", "\u0661"], "--config-instance \u0661 is no instance; write it"),
+        (["--config-instance", "\u0661"], "--config-instance \u0661 is not an instance; write it"),
         (["--size", "-5"], "an area of -5 bytes does not exist; use 48, or 256"),
     ],
-)
-def test_what_cannot_be_asked_for_is_told_before_anything_is_sent(
+)  # fmt: skip
+def test_wrong_options_are_reported_before_anything_is_sent(
     capsys: Captured, monkeypatch: pytest.MonkeyPatch, options: list[str], message: str
 ) -> None:
     monkeypatch.setattr(cli_scan, "look", lambda options, tell: pytest.fail("it was asked"))
@@ -320,7 +284,7 @@ def test_what_cannot_be_asked_for_is_told_before_anything_is_sent(
     assert error.count("\n") == 1
 
 
-def test_where_there_is_no_controller_one_line_says_so(capsys: Captured) -> None:
+def test_a_missing_controller_is_one_line(capsys: Captured) -> None:
     assert main(["scan", "127.0.0.1", "--port", "1"]) == 2
     assert "no connection to the EtherNet/IP adapter at 127.0.0.1:1" in capsys.readouterr().err
 
@@ -338,7 +302,7 @@ def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
 
 @pytest.fixture
 def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
-    """An adapter of somebody else: 600 bytes each way."""
+    """An adapter of another maker: 600 bytes each way."""
     monkeypatch.setattr("rcx_harness.enip.target.adapter.check_size", lambda size: None)
     with Adapter(600, cyclic=0) as made:
         made.write_to_master(bytes([0x12, 0x34]) + bytes(597) + b"\xff")
@@ -360,9 +324,7 @@ def test_an_adapter_of_another_size_is_shown_as_bytes(other: Adapter, capsys: Ca
 
 
 @pytest.mark.exhaustive
-def test_bytes_of_another_size_are_written_by_their_number(
-    other: Adapter, capsys: Captured
-) -> None:
+def test_other_sizes_are_written_by_byte_number(other: Adapter, capsys: Captured) -> None:
     host, port = other.address
     sizes = ["--input-size", "600", "--output-size", "600"]
     writes = ["--write", "0=0x12", "--write", "599=255"]
@@ -373,7 +335,7 @@ def test_bytes_of_another_size_are_written_by_their_number(
 
 
 @pytest.mark.exhaustive
-def test_changes_of_an_adapter_of_another_size_are_told_by_their_bytes(other: Adapter) -> None:
+def test_changes_of_other_sizes_are_shown_by_their_bytes(other: Adapter) -> None:
     told: list[str] = []
 
     def tell(line: str) -> None:
@@ -408,7 +370,7 @@ def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     assert told[at + 1] == "  cannot be read"
 
 
-def test_changed_bytes_are_told_by_their_number() -> None:
+def test_changed_bytes_are_shown_by_their_number() -> None:
     assert list(byte_change_lines(bytes(3), b"\x00\x0a\xff")) == ["byte 1 = 0x0A", "byte 2 = 0xFF"]
 
 
@@ -429,7 +391,7 @@ def test_the_connection_points_can_be_named(scan: Run, adapter: Adapter, capsys:
     assert "0x012A" in capsys.readouterr().err
 
 
-def test_changes_are_told_with_their_names() -> None:
+def test_changes_are_shown_with_their_names() -> None:
     after = bytearray(OUTPUTS)
     after[32] ^= 0x06
     after[0:2] = b"\x00\x02"
@@ -452,7 +414,7 @@ def test_an_area_lists_every_dedicated_bit_and_what_is_not_0() -> None:
     assert list(area_lines(bytes(area), "I"))[-1] == "  not 0: SI(150) = 1, SI(157) = 1"
 
 
-def test_the_last_telegram_is_told_in_plain_language() -> None:
+def test_the_last_telegram_is_shown_in_plain_words() -> None:
     """Source: guide chapter 2, example: to point 19 at 50 %."""
     words = ["SIW(0)=1", "SIW(2)=4", "SIW(3)=50", "SIW(4)=19"]
     request = output_image(words, 48)
@@ -468,34 +430,33 @@ def test_the_last_telegram_is_told_in_plain_language() -> None:
     assert line.startswith("  remote status 16#4000: abnormal end, alarm 12.600")
 
 
+_TAIL = ": vendor 636, device type 43, product code 5, revision 1.1, serial number 16#12345678"
+_ESCAPES = b"\x1b[2J\r\nrcx: fake\x9b31m\xe9"
+_NO_MASTER = "owned by no master, no I/O connection"
+
+
 @pytest.mark.parametrize(
-    ("status", "words"),
+    ("status", "name", "lines"),
     [
-        ("3000", "status 16#0030: owned by no master, no I/O connection"),
-        ("6100", "status 16#0061: owned by a master, an I/O connection is in run"),
-        ("0000", "status 16#0000: owned by no master"),
+        ("3000", b"RCX", [f"RCX{_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
+        ("6100", b"RCX",
+         [f"RCX{_TAIL}", "status 16#0061: owned by a master, an I/O connection is in run"]),
+        ("0000", b"RCX", [f"RCX{_TAIL}", "status 16#0000: owned by no master"]),
+        ("3000", b"", [f"(no name){_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
+        # A name is a text of ISO 8859-1 from whatever device answers.
+        ("3000", _ESCAPES,
+         [f"\\x1b[2J\\r\\nrcx: fake\\x9b31m\u00e9{_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
+        ("", b"", ["identity: 7c 02"]),
     ],
-)
-def test_the_identity_is_told_in_words(status: str, words: str) -> None:
-    attributes = bytes.fromhex(f"7C02 2B00 0500 0101 {status} 78563412 03") + b"RCX"
-    assert list(identity_lines(attributes)) == [
-        "RCX: vendor 636, device type 43, product code 5, revision 1.1, serial number 16#12345678",
-        words,
-    ]
-
-
-def test_a_name_with_escape_sequences_is_shown_escaped() -> None:
-    """It is a text of ISO 8859-1 from whatever device answers."""
-    name = b"\x1b[2J\r\nrcx: fake\x9b31m\xe9"
-    attributes = bytes.fromhex("7C02 2B00 0500 0101 3000 78563412") + bytes([len(name)]) + name
-    first, _ = identity_lines(attributes)
-    assert first.startswith("\\x1b[2J\\r\\nrcx: fake\\x9b31m\u00e9: vendor 636")
-    assert first.isprintable()
-
-
-def test_a_device_without_a_name_is_shown_as_such() -> None:
-    first, _ = identity_lines(bytes.fromhex("7C02 2B00 0500 0101 3000 78563412 00"))
-    assert first.startswith("(no name): vendor 636")
+    ids=["no connection", "a master in run", "no master", "no name", "escapes", "cut short"],
+)  # fmt: skip
+def test_the_identity_is_shown_in_words(status: str, name: bytes, lines: list[str]) -> None:
+    attributes = bytes.fromhex("7C02")
+    if status:
+        attributes += bytes.fromhex(f"2B00 0500 0101 {status} 78563412")
+        attributes += bytes([len(name)]) + name
+    assert list(identity_lines(attributes)) == lines
+    assert all(line.isprintable() for line in lines)
 
 
 @pytest.mark.parametrize("written", [b"", b"\1\2"])
@@ -507,10 +468,6 @@ def test_a_device_that_gives_less_of_an_assembly_is_shown_nevertheless(
     lines = capsys.readouterr().out.splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith("master to robot"))
     assert lines[at + 1] == ("     0  01 02" if written else "  cannot be read")
-
-
-def test_an_identity_cut_short_is_shown_as_it_is() -> None:
-    assert list(identity_lines(b"\x7c\x02")) == ["identity: 7c 02"]
 
 
 def test_inputs_are_written_by_any_of_their_names() -> None:
@@ -531,16 +488,16 @@ def test_inputs_are_written_by_any_of_their_names() -> None:
         ("SI00=2", "2 does not fit SI00"),
         ("SIW(2)=65536", "65536 does not fit"),
         ("SIW(2)=-1", "not a value to write"),
-        ("SO(20)=1", "SO(20) is no input of the robot"),
-        ("MO(20)=1", "MO(20) is no input of the robot"),
+        ("SO(20)=1", "SO(20) is not an input of the robot"),
+        ("MO(20)=1", "MO(20) is not an input of the robot"),
         ("SIW(127)=1", "SIW(127) needs the extended area; add --size 256"),
         ("nonsense=1", "nonsense"),
-        ("SI0=9", "SI0 is no input of the robot that can be written; write SI00=1, SI(20)=1"),
+        ("SI0=9", "SI0 is not an input of the robot that can be written; write SI00=1, SI(20)=1"),
         ("SIW(16)=9", "words are SIW(0) to SIW(15), with --size 256 also"),
         ("SIW(2)=65536", "it takes 0 to 65535"),
     ],
 )
-def test_what_cannot_be_written_is_bad_input(entry: str, message: str) -> None:
+def test_a_wrong_value_to_write_is_bad_input(entry: str, message: str) -> None:
     with pytest.raises(InputError) as refused:
         output_image([entry], 48)
     assert message in str(refused.value)
@@ -548,7 +505,7 @@ def test_what_cannot_be_written_is_bad_input(entry: str, message: str) -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_connection_that_is_lost_on_the_way_is_told() -> None:
+def test_a_lost_connection_is_reported() -> None:
     """The adapter goes while the scan looks."""
     told: list[str] = []
     with Adapter(48, cyclic=0) as adapter:
@@ -564,9 +521,7 @@ def test_a_connection_that_is_lost_on_the_way_is_told() -> None:
     assert " packets received, " in told[-1]
 
 
-def test_a_process_of_ours_that_dies_is_told_as_such(
-    running: Adapter, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_dead_process_is_reported(running: Adapter, monkeypatch: pytest.MonkeyPatch) -> None:
     """On the way the connection is lost for that reason; before the first packet it is an error."""
     told: list[str] = []
     made: list[Scanner] = []
@@ -616,9 +571,7 @@ def test_a_lost_connection_ends_with_1(
     assert main(["scan", "127.0.0.1"]) == code
 
 
-def test_the_trace_has_what_was_seen_from_the_first_look_to_the_last(
-    scan: Run, adapter: Adapter, tmp_path: Path
-) -> None:
+def test_the_trace_begins_and_ends_with_a_look(scan: Run, adapter: Adapter, tmp_path: Path) -> None:
     """A reader does not know what the master writes: `si` is empty."""
     file = tmp_path / "scan.jsonl"
     assert scan("--trace", str(file), duration="30ms") == 0
@@ -639,11 +592,9 @@ def test_the_trace_of_a_master_has_what_it_writes(scan: Run, tmp_path: Path) -> 
     }
 
 
-def test_a_trace_is_not_written_over_what_is_no_trace(
-    scan: Run, tmp_path: Path, capsys: Captured
-) -> None:
+def test_the_trace_replaces_no_other_file(scan: Run, tmp_path: Path, capsys: Captured) -> None:
     mine = tmp_path / "mine.txt"
     mine.write_text("keep this")
     assert scan("--trace", str(mine)) == 2
-    assert "is there already, and is no trace" in capsys.readouterr().err
+    assert "is there already, and is not a trace" in capsys.readouterr().err
     assert mine.read_text() == "keep this"

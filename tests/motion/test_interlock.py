@@ -95,17 +95,18 @@ class Table:
         self[f"Lock{robot}.Acknowledge"] = False
 
 
-def _table(engine: str = "auto") -> Table:
-    """Two scans after the start: nobody is in the area."""
+def _table(*wanting: int, engine: str = "auto") -> Table:
+    """Nobody was in the area two scans after the start; then these asked for it one by one."""
     table = Table(engine)
     assert table.scan(2) == "- - -"
+    table.want(*wanting)
     return table
 
 
 @pytest.mark.parametrize("engine", ["auto", "builtin"])
 def test_first_come_first_served(engine: str) -> None:
     """Source: this library's own."""
-    table = _table(engine)
+    table = _table(engine=engine)
     table.want(3, 1, 2)
     assert table.shown == "B B V*"
     table.leave(3)
@@ -133,8 +134,7 @@ def test_a_grant_and_a_release_take_no_scan() -> None:
 
 @pytest.mark.parametrize("scans", range(5))
 def test_the_first_that_waits_is_let_in_at_once_however_long_it_waited(scans: int) -> None:
-    table = _table()
-    table.want(3, 1, 2)
+    table = _table(3, 1, 2)
     assert table.scan(scans) == "B B V*"
     table.leave(3)
     assert table.scan() == "V* B -"
@@ -147,8 +147,7 @@ def test_two_that_ask_in_the_same_scan_are_served_in_the_order_of_their_calls() 
 
 
 def test_it_is_held_until_the_robot_is_outside() -> None:
-    table = _table()
-    table.want(1, 2)
+    table = _table(1, 2)
     table["Lock1.Outside"] = False
     assert table.scan() == "V* B -"
     table.leave(1)
@@ -159,8 +158,7 @@ def test_it_is_held_until_the_robot_is_outside() -> None:
 
 def test_outside_alone_does_not_release_it() -> None:
     """It has been granted and is on its way in, or goes in again."""
-    table = _table()
-    table.want(1, 2)
+    table = _table(1, 2)
     for outside in (False, True):
         table["Lock1.Outside"] = outside
         assert table.scan(3) == "V* B -"
@@ -177,7 +175,7 @@ def test_after_a_start_of_the_plc_no_place_is_known_until_it_is_shown() -> None:
     assert table.scan() == "V* - -"
 
 
-def test_in_the_first_scan_nobody_is_let_in() -> None:
+def test_in_the_first_scan_no_robot_is_let_in() -> None:
     """The instances that are called later have not shown yet that they hold it."""
     table = Table()
     table["Lock1.Enable"] = True
@@ -196,7 +194,7 @@ def test_two_that_may_both_be_inside_wait_for_each_other_until_one_is_outside() 
     assert table.scan() == "V* B -"
 
 
-def test_one_that_is_inside_comes_before_those_that_wait() -> None:
+def test_a_robot_inside_comes_before_those_that_wait() -> None:
     """Else it and the first that waits would wait for each other."""
     table = Table(outside=False)
     table["Lock1.Outside"] = table["Lock3.Outside"] = True
@@ -220,12 +218,9 @@ def test_one_that_is_inside_comes_before_those_that_wait() -> None:
         ("SO.SO02_ServoOn", _SERVOS_OFF),
     ],
 )
-def test_a_robot_that_is_lost_in_the_area_keeps_it_until_that_is_acknowledged(
-    signal: str, number: int
-) -> None:
+def test_a_robot_lost_in_the_area_holds_it_until_acknowledge(signal: str, number: int) -> None:
     """Source: this library's own; link loss: manual chapter 1, 5.2."""
-    table = _table()
-    table.want(1, 2)
+    table = _table(1, 2)
     table[f"Robot1.{signal}"] = False
     assert table.scan() == "E* B -"
     assert (table.error(1), table["Lock1.Kept"]) == (number, True)
@@ -247,8 +242,7 @@ def test_a_robot_that_is_lost_in_the_area_keeps_it_until_that_is_acknowledged(
 
 def test_a_robot_that_stands_in_the_area_without_enable_keeps_it_too() -> None:
     """It holds the area until it is outside, and is lost meanwhile."""
-    table = _table()
-    table.want(1)
+    table = _table(1)
     table["Lock1.Outside"] = False
     table.leave(1)
     assert table.shown == "-* - -"
@@ -263,8 +257,7 @@ def test_a_robot_that_stands_in_the_area_without_enable_keeps_it_too() -> None:
 
 
 def test_acknowledge_does_not_release_a_robot_that_is_not_outside() -> None:
-    table = _table()
-    table.want(1, 2)
+    table = _table(1, 2)
     table["Lock1.Outside"] = False
     table.scan()
     table["Robot1.Connected"] = False
@@ -276,9 +269,8 @@ def test_acknowledge_does_not_release_a_robot_that_is_not_outside() -> None:
     assert table.scan() == "- V* -"
 
 
-def test_an_acknowledge_that_was_held_before_the_loss_is_none() -> None:
-    table = _table()
-    table.want(1)
+def test_an_acknowledge_that_was_true_before_the_loss_has_no_effect() -> None:
+    table = _table(1)
     table["Lock1.Acknowledge"] = True
     table.scan()
     table["Robot1.Connected"] = False
@@ -288,8 +280,7 @@ def test_an_acknowledge_that_was_held_before_the_loss_is_none() -> None:
 
 
 def test_after_an_acknowledged_loss_the_robot_inside_gets_it_back_with_a_new_enable() -> None:
-    table = _table()
-    table.want(1, 2)
+    table = _table(1, 2)
     table["Lock1.Outside"] = table["Robot1.SO.SO02_ServoOn"] = False
     table.scan()
     table.leave(1)
@@ -310,9 +301,8 @@ def test_a_loss_outside_keeps_nothing() -> None:
     assert (table.error(1), table["Lock1.Kept"], table["Lock2.Kept"]) == (0x8001, False, True)
 
 
-def test_one_that_waits_and_is_lost_gives_its_place_up() -> None:
-    table = _table()
-    table.want(1, 2, 3)
+def test_a_waiting_robot_that_is_lost_gives_its_place_up() -> None:
+    table = _table(1, 2, 3)
     table["Robot2.SO.SO02_ServoOn"] = False
     table.scan()
     table.leave(1)
@@ -333,9 +323,8 @@ def test_a_place_that_is_not_known_any_more_counts_as_inside() -> None:
     assert table.scan() == "V* - -"
 
 
-def test_one_that_goes_in_while_it_waits_is_an_error_and_takes_valid_away() -> None:
-    table = _table()
-    table.want(1, 2)
+def test_a_waiting_robot_that_enters_is_an_error_and_takes_valid_away() -> None:
+    table = _table(1, 2)
     table["Lock2.Outside"] = False
     table.scan()
     assert table.scan() == "B* E* -"
@@ -361,21 +350,21 @@ def test_a_wait_has_a_limit() -> None:
     assert table.shown == "- - V*"
 
 
-@pytest.mark.parametrize(("limit", "scans"), [("T#1ms", 1), ("T#300ms", 30), ("T#301ms", 31)])
-def test_a_limit_counts_from_the_scan_in_which_the_wait_begins(limit: str, scans: int) -> None:
-    """The scan of 10 ms in which it is reached ends the wait."""
-    table = _table()
-    table["Lock2.Timeout"] = limit
-    table.want(1, 2)
-    assert table.scan(scans - 1) == "V* B -"
-    assert table.scan() == "V* E -"
+@pytest.mark.parametrize(
+    ("limit", "scans"),
+    [("T#1ms", 1), ("T#300ms", 30), ("T#301ms", 31), ("", 6000), ("T#0s", None)],
+)
+def test_a_time_limit_counts_from_the_scan_of_the_request(limit: str, scans: int | None) -> None:
+    """The scan of 10 ms in which it is reached ends the wait.
 
-
-def test_without_a_timeout_of_the_user_a_wait_lasts_a_minute() -> None:
+    Without a limit of the user's it is a minute; T#0s is no limit.
+    """
     table = _table()
+    if limit:
+        table["Lock2.Timeout"] = limit
     table.want(1, 2)
-    assert table.scan(5999) == "V* B -"
-    assert table.scan() == "V* E -"
+    assert table.scan((scans or 9000) - 1) == "V* B -"
+    assert table.scan() == ("V* E -" if scans else "V* B -")
 
 
 def test_a_limit_counts_anew_for_each_wait() -> None:
@@ -393,16 +382,8 @@ def test_a_limit_counts_anew_for_each_wait() -> None:
     assert table.scan(3) == "E - -", "it was outside, and has no grant any more"
 
 
-def test_timeout_zero_is_no_limit() -> None:
-    table = _table()
-    table["Lock2.Timeout"] = "T#0s"
-    table.want(1, 2)
-    assert table.scan(9000) == "V* B -"
-
-
-def test_who_is_not_called_any_more_is_passed_over() -> None:
-    table = _table()
-    table.want(1, 2, 3)
+def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
+    table = _table(1, 2, 3)
     table["Skip2"] = True
     table.scan(3)
     table.leave(1)
@@ -410,7 +391,7 @@ def test_who_is_not_called_any_more_is_passed_over() -> None:
 
 
 @pytest.mark.parametrize("number", [100, 65_531])
-def test_who_was_not_called_while_it_waited_is_the_last(number: int) -> None:
+def test_a_robot_that_was_not_called_while_it_waited_is_the_last(number: int) -> None:
     """Also where the scan numbers begin again at 0 with the call after that."""
     table = _table()
     table["Robot2.Inner.Scan"] = number
@@ -425,10 +406,9 @@ def test_who_was_not_called_while_it_waited_is_the_last(number: int) -> None:
     assert table.scan() == "- V* -"
 
 
-def test_who_is_not_called_any_more_in_the_area_keeps_it() -> None:
+def test_a_robot_in_the_area_that_is_not_called_any_more_holds_it() -> None:
     """The robot is still there."""
-    table = _table()
-    table.want(1, 2)
+    table = _table(1, 2)
     table["Skip1"] = True
     assert table.scan(50) == "V* B -"
     table["Skip1"] = table["Lock1.Enable"] = False
@@ -436,16 +416,14 @@ def test_who_is_not_called_any_more_in_the_area_keeps_it() -> None:
 
 
 def test_a_request_that_is_given_up_costs_the_next_one_nothing() -> None:
-    table = _table()
-    table.want(1, 2, 3)
+    table = _table(1, 2, 3)
     table.leave(2)
     table.leave(1)
     assert table.scan(2) == "- - V*"
 
 
 def test_requests_that_are_given_up_in_one_scan_cost_nothing_either() -> None:
-    table = _table()
-    table.want(1, 2, 3)
+    table = _table(1, 2, 3)
     for k in _ROBOTS:
         table[f"Lock{k}.Enable"] = False
     assert table.scan() == "- - -"
@@ -454,10 +432,9 @@ def test_requests_that_are_given_up_in_one_scan_cost_nothing_either() -> None:
 
 
 @pytest.mark.parametrize("pause", [1, 2])
-def test_who_waits_again_does_not_hold_up_the_first(pause: int) -> None:
+def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None:
     """What it saw in its last wait is not of now: the area passes on within the scan."""
-    table = _table()
-    table.want(2, 3, 1)
+    table = _table(2, 3, 1)
     table["Lock1.Enable"] = False
     table.scan(pause)
     table["Lock1.Enable"], table["Lock2.Enable"] = True, False
@@ -493,8 +470,7 @@ def test_the_next_one_has_its_turn_in_the_scan_in_which_the_first_gives_up() -> 
 
 @pytest.mark.parametrize("skipped", [False, True])
 def test_any_number_of_requests_that_have_gone_cost_three_scans_at_most(skipped: bool) -> None:
-    table = _table()
-    table.want(1, 2, 3)
+    table = _table(1, 2, 3)
     for _ in range(40):
         table.leave(2)
         table.want(2)
@@ -518,9 +494,8 @@ def test_tickets_begin_again_after_the_largest() -> None:
     assert table.scan() == "V* - -"
 
 
-def test_enable_in_every_second_scan_takes_nobodys_place() -> None:
-    table = _table()
-    table.want(1, 2)
+def test_enable_in_every_second_scan_takes_no_place_of_another_robot() -> None:
+    table = _table(1, 2)
     for on in (True, False) * 5:
         table["Lock3.Enable"] = on
         table.scan()
@@ -529,12 +504,12 @@ def test_enable_in_every_second_scan_takes_nobodys_place() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_one_that_is_called_twice_in_a_scan_says_so(engine: str) -> None:
+def test_a_block_that_is_called_twice_in_a_scan_is_an_error(engine: str) -> None:
     """Else its Timeout would pass at double speed, and it would lose its place each time.
 
     Source: docs/reference/errors.md, 16#8016; head: called once in every scan
     """
-    table = _table(engine)
+    table = _table(engine=engine)
     table["Twice3"] = True
     assert table.scan(5) == "- - -", "what asks for nothing is in no way"
     table["Twice3"] = False

@@ -13,12 +13,14 @@ from table_bench import (
     bench,
     end,
     goes_on,
+    moving,
     restart,
     rows_to,
     runs,
     sent,
     shown,
     start,
+    started,
 )
 
 # ---- what a row sends
@@ -70,8 +72,7 @@ def test_each_kind_of_row_is_its_telegram(row: Row, words: list[int], engine: st
     Source: guide 4.2.1, 4.2.2, 4.2.5, 4.5.1, the tables of the commands.
     """
     pins = {"RobotNumber": 2, "ArchAxis": 4, "WorkPosition": 7}
-    plc = bench(row, engine=engine, **pins)
-    start(plc)
+    plc = started(row, engine=engine, **pins)
     assert sent(plc) == words
     assert plc["Table.Active"]
     end(plc)
@@ -104,9 +105,7 @@ def test_each_kind_of_row_is_its_telegram(row: Row, words: list[int], engine: st
 )
 def test_a_number_that_is_not_there_ends_the_row_without_a_telegram(row: Row) -> None:
     """Source: guide 4.2.1, 4.2.5, 4.5.1, the ranges; RCX_MOVE."""
-    plc = bench(*rows_to(1), row)
-    start(plc)
-    sent(plc)
+    plc = moving(*rows_to(1), row)
     end(plc)
     plc.scan_until(lambda: plc["Table.Busy"] is False, most=6)
     assert (plc["Table.ErrorID"], plc["Table.Row"]) == (0x8044, 2)
@@ -116,32 +115,46 @@ def test_a_number_that_is_not_there_ends_the_row_without_a_telegram(row: Row) ->
 # ---- which rows, in which order
 
 
+#: Four rows; rows 4 and 5 left from a longer table behind MOVE_END; no row; all of the array.
+_FOUR, _LEFT = rows_to(1, 2, 3, 4), [*rows_to(1, 2), {}, *rows_to(4, 5)]
+_NONE, _ALL = [{}, *rows_to(2)], rows_to(*range(1, 51))
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(
-    ("pins", "points"),
+    ("rows", "pins", "points"),
     [
-        ({}, [1, 2, 3, 4]),
-        ({"StartRow": 1}, [1, 2, 3, 4]),
-        ({"StartRow": 3}, [3, 4]),
-        ({"Rows": 4}, [1, 2, 3, 4]),
-        ({"Rows": 2}, [1, 2]),
-        ({"Rows": 1}, [1]),
-        ({"Backwards": True, "StartRow": 4}, [4, 3, 2, 1]),
-        ({"Backwards": True, "StartRow": 2}, [2, 1]),
-        ({"Backwards": True, "Rows": 3}, [3, 2, 1]),
-        ({"Backwards": True, "Rows": 6}, [4, 3, 2, 1]),
-        ({"StartRow": 5}, []),
+        (_FOUR, {}, [1, 2, 3, 4]),
+        (_FOUR, {"StartRow": 1}, [1, 2, 3, 4]),
+        (_FOUR, {"StartRow": 3}, [3, 4]),
+        (_FOUR, {"Rows": 4}, [1, 2, 3, 4]),
+        (_FOUR, {"Rows": 2}, [1, 2]),
+        (_FOUR, {"Rows": 1}, [1]),
+        (_FOUR, {"Backwards": True, "StartRow": 4}, [4, 3, 2, 1]),
+        (_FOUR, {"Backwards": True, "StartRow": 2}, [2, 1]),
+        (_FOUR, {"Backwards": True, "Rows": 3}, [3, 2, 1]),
+        (_FOUR, {"Backwards": True, "Rows": 6}, [4, 3, 2, 1]),
+        (_FOUR, {"StartRow": 5}, []),
+        (_LEFT, {"Backwards": True}, [2, 1]),
+        (_LEFT, {"Backwards": True, "Rows": 5}, [2, 1]),
+        (_LEFT, {"Backwards": True, "Rows": 3}, [2, 1]),
+        (_LEFT, {"Backwards": True, "Rows": 2}, [2, 1]),
+        (_LEFT, {"Backwards": True, "StartRow": 3}, [2, 1]),
+        (_LEFT, {}, [1, 2]),
+        (_LEFT, {"StartRow": 3}, []),
+        (_NONE, {}, []),
+        (_NONE, {"Backwards": True}, []),
+        (_ALL, {"StartRow": 49}, [49, 50]),
     ],
 )
 def test_the_rows_run_one_after_the_other(
-    pins: dict[str, Any], points: list[int], engine: str
+    rows: list[Row], pins: dict[str, Any], points: list[int], engine: str
 ) -> None:
-    """From StartRow to MOVE_END or Rows, or back to row 1; row 5 is MOVE_END.
+    """From StartRow to MOVE_END, Rows or the end of the array, or back to row 1.
 
-    Source: RCX_MOVE_KIND; the block's pins.
+    Source: RCX_MOVE_KIND; RCX_MOVES: rows 1 to 50; the block's pins.
     """
-    plc = bench(*rows_to(1, 2, 3, 4), engine=engine, **pins)
-    start(plc)
+    plc = started(*rows, engine=engine, **pins)
     assert runs(plc) == points
     assert (shown(plc), plc["Table.Row"], plc["Table.Stage"]) == ("Done", 0, "TABLE_COMPLETE")
     plc["Table.Execute"] = False
@@ -149,51 +162,8 @@ def test_the_rows_run_one_after_the_other(
     assert (shown(plc), plc["Table.Stage"]) == ("", "TABLE_IDLE")
 
 
-def test_the_last_row_of_the_array_is_the_end_of_the_table() -> None:
-    """Source: RCX_MOVES: rows 1 to 50."""
-    plc = bench(*rows_to(*range(1, 51)), StartRow=49)
-    start(plc)
-    assert runs(plc) == [49, 50]
-    assert shown(plc) == "Done"
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize(
-    ("pins", "points"),
-    [
-        ({"Backwards": True}, [2, 1]),
-        ({"Backwards": True, "Rows": 5}, [2, 1]),
-        ({"Backwards": True, "Rows": 3}, [2, 1]),
-        ({"Backwards": True, "Rows": 2}, [2, 1]),
-        ({"Backwards": True, "StartRow": 3}, [2, 1]),
-        ({}, [1, 2]),
-        ({"StartRow": 3}, []),
-    ],
-)
-def test_rows_behind_the_end_of_the_table_never_run(
-    pins: dict[str, Any], points: list[int], engine: str
-) -> None:
-    """Row 3 is MOVE_END; rows 4 and 5 are left from a longer table.
-
-    Source: RCX_MOVE_KIND; the block's pins.
-    """
-    plc = bench(*rows_to(1, 2), {}, *rows_to(4, 5), engine=engine, **pins)
-    start(plc)
-    assert runs(plc) == points
-    assert shown(plc) == "Done"
-
-
-@pytest.mark.parametrize("back", [False, True])
-def test_an_empty_table_is_done_at_once(back: bool) -> None:
-    plc = bench({}, *rows_to(2), Backwards=back)
-    start(plc)
-    assert runs(plc) == []
-    assert shown(plc) == "Done"
-
-
 def test_backwards_the_first_row_that_is_held_is_the_last_of_the_table() -> None:
-    plc = bench(*rows_to(1, 2), {}, *rows_to(4), Backwards=True, Hold=True)
-    start(plc)
+    plc = started(*rows_to(1, 2), {}, *rows_to(4), Backwards=True, Hold=True)
     plc.scan(3)
     assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 2)
 
@@ -203,8 +173,7 @@ def test_backwards_the_first_row_that_is_held_is_the_last_of_the_table() -> None
 @pytest.mark.parametrize("row", [4, 5, 50])
 def test_a_start_behind_the_end_of_the_table_is_refused(row: int, back: bool, engine: str) -> None:
     """Row 3 is MOVE_END. Source: RCX_MOVE_KIND."""
-    plc = bench(*rows_to(1, 2), {}, *rows_to(4, 5), engine=engine, StartRow=row, Backwards=back)
-    start(plc)
+    plc = started(*rows_to(1, 2), {}, *rows_to(4, 5), engine=engine, StartRow=row, Backwards=back)
     plc.scan()
     assert (shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8051)
     plc.scan(5)
@@ -245,9 +214,7 @@ def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
     """Where that row ends normally, nothing is missing. Source: pin Done: all rows are done."""
-    plc = bench(*rows_to(1), engine=engine)
-    start(plc)
-    sent(plc)
+    plc = moving(*rows_to(1), engine=engine)
     plc["Table.Abort"] = True
     plc.scan(5)
     end(plc)
@@ -256,8 +223,7 @@ def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
 
 def test_rows_that_come_while_the_table_runs_are_run() -> None:
     """The end is where MOVE_END is when the row would begin. Source: pin Moves."""
-    plc = bench(*rows_to(1))
-    start(plc)
+    plc = started(*rows_to(1))
     plc["Moves[2].Kind"], plc["Moves[2].Point"] = "MOVE_PTP", 2
     assert runs(plc) == [1, 2]
 
@@ -271,27 +237,24 @@ def test_rows_that_come_while_the_table_runs_are_run() -> None:
      {"Rows": 32767, "StartRow": 2}, {"MovesSize": 3, "Rows": 4}, {"MovesSize": 0, "Rows": 1},
      {"MovesSize": 49}],
 )  # fmt: skip
-def test_a_row_that_is_none_of_the_table_is_refused(pins: dict[str, Any], engine: str) -> None:
+def test_a_row_that_the_table_does_not_have_is_refused(pins: dict[str, Any], engine: str) -> None:
     """Nor are there more rows than RCX_MOVES has: MovesSize.
 
     Source: no section (this library's own).
     """
-    plc = bench(*rows_to(1, 2, 3), engine=engine, **pins)
-    start(plc)
+    plc = started(*rows_to(1, 2, 3), engine=engine, **pins)
     assert shown(plc) == "Busy"
     plc.scan()
     assert (shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8051)
     plc.scan(5)
     assert plc.words == [0] * 16
     plc["Table.Rows"], plc["Table.StartRow"], plc["Table.Backwards"] = 3, 3, False
-    plc["Table.MovesSize"] = 3
-    restart(plc)
+    restart(plc, MovesSize=3)
     assert runs(plc) == [3], "afterwards it works as ever"
 
 
 def test_pins_are_those_of_the_rising_edge() -> None:
-    plc = bench(*rows_to(1, 2), RobotNumber=1, Rows=2)
-    start(plc)
+    plc = started(*rows_to(1, 2), RobotNumber=1, Rows=2)
     plc["Table.RobotNumber"], plc["Table.Rows"], plc["Table.StartRow"] = 3, 1, 2
     plc["Table.Backwards"], plc["Table.Timeout"] = True, "T#10ms"
     assert sent(plc)[0] == 0x1001
@@ -306,8 +269,7 @@ def test_pins_are_those_of_the_rising_edge() -> None:
 
 
 def test_a_row_is_read_when_it_begins() -> None:
-    plc = bench(*rows_to(1, 2))
-    start(plc)
+    plc = started(*rows_to(1, 2))
     plc["Moves[1].Point"] = 11
     plc["Moves[2].Point"] = 12
     assert sent(plc)[4] == 1
@@ -321,25 +283,22 @@ def test_an_arc_or_a_relative_row_is_refused_backwards(kind: str) -> None:
 
     Source: guide 4.2.1, circular interpolation: from where the robot is; 4.2.2: by a distance.
     """
-    plc = bench({"Kind": f"MOVE_{kind}", "Point": 1}, *rows_to(2), Backwards=True, Rows=2)
-    start(plc)
+    plc = started({"Kind": f"MOVE_{kind}", "Point": 1}, *rows_to(2), Backwards=True, Rows=2)
     assert sent(plc)[4] == 2
     end(plc)
     plc.scan_until(lambda: plc["Table.Busy"] is False, most=6)
     assert (plc["Table.ErrorID"], plc["Table.Row"]) == (0x8054, 1)
     plc.scan(5)
     assert plc.words == [0] * 16
-    plc["Table.StartRow"], plc["Table.Hold"] = 2, True
-    restart(plc)
+    restart(plc, StartRow=2, Hold=True)
     plc.scan(10)
     assert (shown(plc), plc["Table.Stage"]) == ("Busy", "TABLE_HELD")
 
 
 def test_a_relative_row_that_has_arrived_is_passed_backwards() -> None:
     """Its movement is done: nothing is left of it."""
-    plc = bench(*rows_to(1), {"Kind": "MOVE_BY_PTP", "Point": 2}, StartRow=2, StartArrived=True,
+    plc = started(*rows_to(1), {"Kind": "MOVE_BY_PTP", "Point": 2}, StartRow=2, StartArrived=True,
                  Backwards=True)  # fmt: skip
-    start(plc)
     assert runs(plc) == [1]
     assert shown(plc) == "Done"
 
@@ -375,8 +334,7 @@ def test_a_wait_is_limited(
     assert scans <= taken <= scans + 2
     assert (shown(plc), plc["Table.ErrorID"]) == ("Error", error)
     assert (plc["Table.Row"], plc["Table.Arrived"], plc["Table.CallNumber"]) == (2, True, 0)
-    plc["Table.StartRow"], plc["Table.StartArrived"] = 2, True
-    restart(plc)
+    restart(plc, StartRow=2, StartArrived=True)
     plc.scan(4)
     assert (plc["Table.Stage"], plc.words[0]) == ("TABLE_ARRIVAL", 0)
     assert (plc["Table.Row"], plc["Table.Arrived"]) == (2, True)
@@ -393,8 +351,7 @@ def test_without_a_limit_a_row_waits_for_ever(arrival: str) -> None:
     plc["Table.Abort"] = True
     plc.scan(2)
     plc["Table.Abort"] = False
-    plc["Table.StartRow"], plc["Table.StartArrived"], plc["Table.Timeout"] = 2, True, "T#0s"
-    restart(plc)
+    restart(plc, StartRow=2, StartArrived=True, Timeout="T#0s")
     plc.scan(500)
     assert shown(plc) == "Busy"
 
@@ -421,13 +378,12 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
     plc["Table.Acknowledge"] = True
     plc.scan()
     assert goes_on(plc)
-    plc = bench(
+    plc = started(
         {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 1},
         {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 8},
         engine=engine,
         Acknowledge=True,
     )
-    start(plc)
     plc.scan(5)
     assert (plc["Table.CallNumber"], plc["Table.Row"]) == (1, 1), "that was no edge"
     plc["Table.Acknowledge"] = False
@@ -478,8 +434,7 @@ def test_backwards_nothing_is_done_at_arrival() -> None:
         {"Kind": "MOVE_PTP", "Point": 2, "AtArrival": "ARRIVE_CALL", "Number": 1},
         {"Kind": "MOVE_PTP", "Point": 3, "AtArrival": "ARRIVE_SET", "Number": 20},
     ]
-    plc = bench(*rows, Backwards=True, Rows=3)
-    start(plc)
+    plc = started(*rows, Backwards=True, Rows=3)
     assert runs(plc) == [3, 2]
     plc.scan(10)
     assert plc.words == [0] * 16
@@ -487,8 +442,7 @@ def test_backwards_nothing_is_done_at_arrival() -> None:
 
 def test_going_on_at_an_arrival_does_not_move() -> None:
     row = {"Kind": "MOVE_PTP", "Point": 1, "AtArrival": "ARRIVE_SET", "Number": 20}
-    plc = bench(row, StartRow=1, StartArrived=True)
-    start(plc)
+    plc = started(row, StartRow=1, StartArrived=True)
     assert sent(plc)[:3] == [0x0301, 0, 0x1020]
     end(plc)
     plc.scan(2)
@@ -497,8 +451,7 @@ def test_going_on_at_an_arrival_does_not_move() -> None:
 
 def test_row_0_is_begun_with_its_movement() -> None:
     row = {"Kind": "MOVE_PTP", "Point": 1, "AtArrival": "ARRIVE_SET", "Number": 20}
-    plc = bench(row, StartArrived=True)
-    start(plc)
+    plc = started(row, StartArrived=True)
     assert sent(plc)[0] == 0x0001
 
 
@@ -538,18 +491,14 @@ def test_a_relative_row_that_may_be_done_is_not_repeated_unseen(kind: str, lost:
 
 def test_an_absolute_row_is_repeated_and_a_relative_one_that_has_ended_is_not_doubtful() -> None:
     """Source: guide 4.2.1, 4.2.2."""
-    plc = bench(*rows_to(1), {"Kind": "MOVE_BY_PTP", "Axes": 1}, Timeout="T#100ms")
-    start(plc)
-    sent(plc)
+    plc = moving(*rows_to(1), {"Kind": "MOVE_BY_PTP", "Axes": 1}, Timeout="T#100ms")
     plc.scan(20)
     assert plc["Table.ErrorID"] == 0x8011
     end(plc)
-    plc["Table.StartRow"] = 1
-    restart(plc)
+    restart(plc, StartRow=1)
     assert sent(plc)[4] == 1
     end(plc)
     sent(plc)
     end(plc, 0x4000, (12, 400))
-    plc["Table.StartRow"] = 2
-    restart(plc)
+    restart(plc, StartRow=2)
     assert sent(plc)[0] == 0x0009

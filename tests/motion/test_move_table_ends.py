@@ -8,16 +8,27 @@ import pytest
 
 from both_engines import ENGINES
 from plc_bench import PlcBench
-from table_bench import arrived, bench, end, goes_on, restart, rows_to, runs, sent, shown, start
+from table_bench import (
+    arrived,
+    bench,
+    end,
+    goes_on,
+    moving,
+    restart,
+    rows_to,
+    runs,
+    sent,
+    shown,
+    start,
+    started,
+)
 
 # ---- hold, one row, abort
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_hold_lets_the_row_end_and_begins_no_other(engine: str) -> None:
-    plc = bench(*rows_to(1, 2, 3), engine=engine)
-    start(plc)
-    sent(plc)
+    plc = moving(*rows_to(1, 2, 3), engine=engine)
     plc["Table.Hold"] = True
     plc.scan(5)
     end(plc)
@@ -37,17 +48,10 @@ def test_hold_lets_the_row_end_and_begins_no_other(engine: str) -> None:
     assert shown(plc) == "Done", "behind the last row there is nothing to hold"
 
 
-def test_hold_before_the_start_holds_the_first_row() -> None:
-    plc = bench(*rows_to(1), Hold=True)
-    start(plc)
+def test_abort_before_a_row_that_is_held_ends_at_once() -> None:
+    plc = started(*rows_to(1), Hold=True)
     plc.scan(20)
     assert (plc["Table.Stage"], plc["Table.Row"], plc.words[0]) == ("TABLE_HELD", 1, 0)
-
-
-def test_abort_between_rows_ends_at_once() -> None:
-    plc = bench(*rows_to(1), Hold=True)
-    start(plc)
-    plc.scan(3)
     plc["Table.Abort"] = True
     plc.scan()
     assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8050, 1)
@@ -55,9 +59,7 @@ def test_abort_between_rows_ends_at_once() -> None:
 
 def test_abort_lets_the_command_end_and_counts_the_row() -> None:
     """Source: guide, 2: a command is held to its end."""
-    plc = bench(*rows_to(1, 2, 3))
-    start(plc)
-    sent(plc)
+    plc = moving(*rows_to(1, 2, 3))
     plc["Table.Abort"] = True
     plc.scan()
     plc["Table.Abort"] = False
@@ -68,17 +70,6 @@ def test_abort_lets_the_command_end_and_counts_the_row() -> None:
     assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8050, 2)
     plc.scan(20)
     assert plc.words == [0] * 16
-
-
-def test_abort_in_the_last_row_comes_too_late() -> None:
-    plc = bench(*rows_to(1))
-    start(plc)
-    sent(plc)
-    plc["Table.Abort"] = True
-    plc.scan(3)
-    end(plc)
-    plc.scan(2)
-    assert (shown(plc), plc["Table.Row"]) == ("Done", 0)
 
 
 def test_abort_withdraws_a_row_that_waits_for_its_turn() -> None:
@@ -145,18 +136,13 @@ def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
     assert (shown(plc), plc["Table.ErrorID"]) == ("Error", error)
     assert (plc["Table.Row"], plc["Table.Arrived"]) == (2, True)
     assert plc.words == [0] * 16
-    plc["Table.StartRow"], plc["Table.StartArrived"] = 2, True
-    restart(plc)
+    restart(plc, StartRow=2, StartArrived=True)
     assert goes_on(plc)
 
 
 @pytest.mark.parametrize(("fault", "error"), _ENDS)
-def test_a_fault_for_one_scan_withdraws_a_row_that_waits_for_its_turn(
-    fault: dict[str, Any], error: int
-) -> None:
-    plc = bench(*rows_to(1, 2))
-    start(plc)
-    sent(plc)
+def test_a_short_fault_withdraws_a_waiting_row(fault: dict[str, Any], error: int) -> None:
+    plc = moving(*rows_to(1, 2))
     plc["Other.Execute"] = True
     plc.scan()
     end(plc)
@@ -176,13 +162,9 @@ def test_a_fault_for_one_scan_withdraws_a_row_that_waits_for_its_turn(
 
 @pytest.mark.parametrize(("fault", "error"), [one for one in _ENDS if one.id not in (
     "CPU_OK off", "link")])  # fmt: skip
-def test_a_fault_during_a_movement_waits_for_its_end_and_ends_it_then(
-    fault: dict[str, Any], error: int
-) -> None:
+def test_a_fault_in_a_movement_waits_for_its_end(fault: dict[str, Any], error: int) -> None:
     """Source: guide, 2: a command is held to its end."""
-    plc = bench(*rows_to(1, 2))
-    start(plc)
-    sent(plc)
+    plc = moving(*rows_to(1, 2))
     _fault(plc, fault, there=True)
     plc.scan()
     _fault(plc, fault, there=False)
@@ -196,13 +178,9 @@ def test_a_fault_during_a_movement_waits_for_its_end_and_ends_it_then(
 
 
 @pytest.mark.parametrize(("fault", "error"), [_FAULTS[0], _FAULTS[-1]])
-def test_without_link_or_controller_a_movement_ends_at_once(
-    fault: dict[str, Any], error: int
-) -> None:
+def test_a_movement_without_controller_ends_at_once(fault: dict[str, Any], error: int) -> None:
     """Source: manual chapter 1, 5.2."""
-    plc = bench(*rows_to(1, 2))
-    start(plc)
-    sent(plc)
+    plc = moving(*rows_to(1, 2))
     _fault(plc, fault, there=True)
     plc.scan()
     assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", error, 1)
@@ -239,9 +217,7 @@ def test_a_row_begins_once_the_stop_input_has_settled() -> None:
 
 
 def test_a_time_limit_leaves_the_row_shown_with_the_command_that_is_held() -> None:
-    plc = bench(*rows_to(1, 2), Timeout="T#100ms")
-    start(plc)
-    sent(plc)
+    plc = moving(*rows_to(1, 2), Timeout="T#100ms")
     plc.scan_until(lambda: plc["Table.Busy"] is False, most=12)
     assert (plc["Table.ErrorID"], plc["Table.Row"], plc.words[0]) == (0x8011, 1, 1)
 
@@ -290,10 +266,8 @@ def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
     assert runs(plc) == [1, 2]
 
 
-def test_a_call_that_is_left_out_ends_it_and_the_row_is_kept() -> None:
-    plc = bench(*rows_to(1, 2))
-    start(plc)
-    sent(plc)
+def test_a_missing_call_ends_the_table_and_the_row_stays_shown() -> None:
+    plc = moving(*rows_to(1, 2))
     plc["CallTable"] = False
     plc.scan()
     plc["CallTable"] = True
@@ -343,10 +317,9 @@ def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
 
 
 @pytest.mark.parametrize("hold", [True, False])
-def test_a_call_that_is_left_out_before_a_command_lets_none_out(hold: bool) -> None:
+def test_after_a_missing_call_no_command_goes_out(hold: bool) -> None:
     """Nor does it go on by itself where Hold falls afterwards. Source: scan-model.md."""
-    plc = bench(*rows_to(1, 2), Hold=hold)
-    start(plc)
+    plc = started(*rows_to(1, 2), Hold=hold)
     plc["CallTable"] = False
     plc.scan()
     plc["CallTable"] = True
@@ -361,8 +334,7 @@ def test_a_call_that_is_left_out_before_a_command_lets_none_out(hold: bool) -> N
 @pytest.mark.parametrize("active", [True, False])
 def test_an_edge_of_execute_while_it_is_under_way_takes_nothing_over(active: bool) -> None:
     """Source: design of the library, 3."""
-    plc = bench(*rows_to(1, 2, 3), Hold=not active)
-    start(plc)
+    plc = started(*rows_to(1, 2, 3), Hold=not active)
     if active:
         sent(plc)
     plc["Table.Execute"] = False
@@ -375,8 +347,7 @@ def test_an_edge_of_execute_while_it_is_under_way_takes_nothing_over(active: boo
 
 
 def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan() -> None:
-    plc = bench(*rows_to(1))
-    start(plc)
+    plc = started(*rows_to(1))
     plc["Table.Execute"] = False
     sent(plc)
     assert shown(plc) == "Busy"
@@ -411,9 +382,7 @@ def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None
 def _doubtful() -> PlcBench:
     """Row 2 of three is relative; it went out, and its end was not seen."""
     relative = {"Kind": "MOVE_BY_PTP", "Axes": 1}
-    plc = bench(*rows_to(1), relative, *rows_to(3), Rows=3, StartRow=2)
-    start(plc)
-    sent(plc)
+    plc = moving(*rows_to(1), relative, *rows_to(3), Rows=3, StartRow=2)
     plc["CallTable"] = False
     plc.scan()
     plc["CallTable"] = True
@@ -429,7 +398,7 @@ def _doubtful() -> PlcBench:
     ("pins", "error"),
     [({"StartRow": 9}, 0x8051), ({"StartRow": 2, "Rows": 1}, 0x8051), ({}, 0x8007)],
 )
-def test_a_start_that_is_refused_leaves_it_open_whether_a_relative_row_is_done(
+def test_after_a_refused_start_a_relative_row_stays_doubtful(
     pins: dict[str, Any], error: int
 ) -> None:
     """An illegal row, or a stop: the row after that is still the one that may be done.
@@ -447,16 +416,14 @@ def test_a_start_that_is_refused_leaves_it_open_whether_a_relative_row_is_done(
     assert plc["Table.ErrorID"] == error
     plc["StopOk"] = True
     plc.scan(40)
-    plc["Table.StartRow"], plc["Table.Rows"] = 2, 3
-    restart(plc)
+    restart(plc, StartRow=2, Rows=3)
     plc.scan(4)
     assert (shown(plc), plc["Table.ErrorID"], plc.words[0]) == ("Error", 0x8055, 0)
 
 
-def test_another_row_than_the_one_that_may_be_done_may_be_begun() -> None:
+def test_a_row_that_does_not_depend_on_the_interrupted_one_may_begin() -> None:
     """Where the robot goes there does not depend on it. Source: guide 4.2.1, absolute movement."""
     plc = _doubtful()
-    plc["Table.StartRow"] = 3
-    restart(plc)
+    restart(plc, StartRow=3)
     assert runs(plc) == [3]
     assert shown(plc) == "Done"

@@ -23,6 +23,13 @@ def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
     return plc
 
 
+def _end(plc: PlcBench) -> None:
+    """Let the command that is out end normally, and reset the status."""
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+
+
 def _answer(plc: PlcBench, code: int, *response: int) -> int:
     """Wait for a command with this code, answer it at once, reset; its data word n + 4."""
     plc.scan_until(lambda: plc.words[0] == code)
@@ -72,7 +79,7 @@ def test_it_reads_the_speed_and_goes_up_in_steps(engine: str) -> None:
     assert (plc["SpeedOverride.Busy"], plc["SpeedOverride.Valid"]) == (False, True)
 
 
-def test_the_robot_is_the_one_that_is_named() -> None:
+def test_the_command_goes_to_the_designated_robot() -> None:
     """Source: remote command guide 4.2.15 and 4.7.8: R in bits 15 to 12; sampled at the start."""
     plc = _plc(Enable=True, RobotNumber=2, Percent=20)
     assert _answer(plc, 0x250A, 0, 10) == 0
@@ -116,9 +123,7 @@ def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
     """
     plc = _moving(engine, Pace="T#500ms", Percent=100)
     plc.scan(100)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     out = plc.now_us
     assert _percents(plc, 1) == [60]
@@ -128,9 +133,7 @@ def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("lower", [55, 50, 5])
-def test_a_step_up_that_waits_goes_out_with_a_percent_that_is_lower_by_then(
-    engine: str, lower: int
-) -> None:
+def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -> None:
     """Else the next movement, which is behind it, would run at the raised speed.
 
     Source: head: a lower Percent goes out at once
@@ -140,9 +143,7 @@ def test_a_step_up_that_waits_goes_out_with_a_percent_that_is_lower_by_then(
     plc.scan(3)
     plc["SpeedOverride.Percent"] = lower
     plc.scan(50)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     assert _percents(plc, 1) == [lower]
     assert (plc["SpeedOverride.Actual"], plc["SpeedOverride.Valid"]) == (lower, True)
     plc.scan_until(lambda: plc.words[0] == 0x0003, most=6)
@@ -167,31 +168,21 @@ def test_it_is_not_valid_while_a_step_is_out_that_goes_elsewhere(engine: str) ->
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize(("wanted", "percents"), [(50, [50]), (100, [50, 60]), (30, [30])])
-def test_a_step_down_that_waits_goes_no_lower_than_what_is_wanted_by_then(
-    engine: str, wanted: int, percents: list[int]
+@pytest.mark.parametrize(
+    ("first", "then", "percents"),
+    [(5, [50], [50]), (5, [100], [50, 60]), (5, [30], [30]), (80, [5, 100], [60, 70])],
+)
+def test_a_step_that_waits_goes_no_lower_and_no_higher_than_what_is_wanted_by_then(
+    engine: str, first: int, then: list[int], percents: list[int]
 ) -> None:
-    """Source: head: Keep the automatic movement speed at a percentage."""
-    plc = _moving(engine, Percent=5)
-    plc["SpeedOverride.Percent"] = wanted
-    plc.scan(5)
-    assert not plc["SpeedOverride.Valid"]
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
-    assert _percents(plc, len(percents)) == percents
-
-
-def test_a_step_up_that_waits_goes_on_to_where_it_was_when_percent_is_as_before() -> None:
-    """Never beyond it. Source: pin Rise: most that one step adds."""
-    plc = _moving(Percent=80)
-    for percent in (5, 100):
+    """Source: head: Keep the automatic movement speed at a percentage; pin Rise."""
+    plc = _moving(engine, Percent=first)
+    for percent in then:
         plc["SpeedOverride.Percent"] = percent
         plc.scan(5)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
-    assert _percents(plc, 2) == [60, 70]
+    assert not plc["SpeedOverride.Valid"]
+    _end(plc)
+    assert _percents(plc, len(percents)) == percents
 
 
 @pytest.mark.parametrize("scans", range(5))
@@ -242,7 +233,7 @@ def test_after_a_step_down_the_next_one_up_need_not_wait() -> None:
         (100, 1, 1, [1]),
     ],
 )
-def test_no_step_is_larger_than_rise_and_none_goes_beyond(
+def test_no_step_is_larger_than_rise_or_goes_beyond_percent(
     auto: int, percent: int, rise: int, steps: list[int]
 ) -> None:
     """A robot without axes shows 0. Source: remote command guide 4.7.8."""
@@ -268,13 +259,11 @@ def test_a_step_waits_for_the_end_of_a_command_and_a_command_for_one_step() -> N
     assert plc.words[0] == 0x0501
     plc.scan(50)
     assert plc.words[0] == 0x0501
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     assert _percents(plc, 1) == [70]
 
 
-def test_what_changes_on_the_way_is_the_new_target() -> None:
+def test_a_percent_that_changes_on_the_way_is_the_new_target() -> None:
     plc = _begun(Percent=100)
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     plc["SpeedOverride.Percent"] = 55
@@ -296,7 +285,7 @@ def test_what_changes_on_the_way_is_the_new_target() -> None:
         ("RobotNumber", 5, 0x8040),
     ],
 )
-def test_what_the_manual_does_not_allow_is_refused(pin: str, value: int, error: int) -> None:
+def test_a_value_beyond_the_manuals_range_is_refused(pin: str, value: int, error: int) -> None:
     """Source: remote command guide 4.2.15: 1 to 100."""
     pins: dict[str, Any] = {pin: value}
     plc = _plc(Enable=True, **pins)
@@ -335,9 +324,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm(step: str) -> None:
 
 @pytest.mark.parametrize("moment", [0, 1, 2, 4, 30])
 @pytest.mark.parametrize(("lost", "error"), [("link", 0x8001), ("CPU_OK", 0x8002)])
-def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
-    moment: int, lost: str, error: int
-) -> None:
+def test_a_loss_ends_it_at_once_and_nothing_restarts(moment: int, lost: str, error: int) -> None:
     plc = _begun(Percent=50) if moment == 30 else _plc(Enable=True)
     plc.scan(moment)
     plc["Connected"] = lost != "link"
@@ -408,38 +395,34 @@ def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
     assert _percents(plc, 1) == [75]
 
 
-def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
-    """It would change a speed that the program no longer leaves to this block."""
+def _waiting() -> PlcBench:
+    """A step from 50 to 20 % waits for the end of another command."""
     plc = _begun(Percent=50)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(4)
     plc["SpeedOverride.Percent"] = 20
     plc.scan(5)
+    return plc
+
+
+def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
+    """It would change a speed that the program no longer leaves to this block."""
+    plc = _waiting()
     plc["SpeedOverride.Enable"] = False
     plc.scan()
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     plc.scan(20)
     assert not any(plc.words)
 
 
 @pytest.mark.parametrize(("pin", "value", "error"), [("Percent", 0, 0x8042), ("Rise", 101, 0x8045)])
-def test_a_step_that_still_waits_is_withdrawn_at_a_refused_input(
-    pin: str, value: int, error: int
-) -> None:
+def test_a_waiting_step_is_withdrawn_at_a_refused_input(pin: str, value: int, error: int) -> None:
     """Nothing goes out after the Error, which stays as it is; nor does what is out count less."""
-    plc = _begun(Percent=50)
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan(4)
-    plc["SpeedOverride.Percent"] = 20
-    plc.scan(5)
+    plc = _waiting()
     plc[f"SpeedOverride.{pin}"] = value
     plc.scan()
     assert plc["SpeedOverride.ErrorID"] == error
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     plc.scan(20)
     assert not any(plc.words)
     shown = [plc[f"SpeedOverride.{name}"] for name in ("ErrorID", "Error", "Busy", "Actual")]
@@ -470,15 +453,22 @@ def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
     assert plc.scan_until(lambda: plc.words[0] == 0x0039) <= 4
 
 
+def _steady(engine: str = "builtin", **pins: Any) -> PartBench:
+    """The speed is 60 %; a step goes to any other one."""
+    bench = PartBench(engine)
+    for name, value in {**pins, "Percent": 60, "Rise": 100, "Enable": True}.items():
+        bench[f"Speed.{name}"] = value
+    bench.until(lambda: bool(bench["Speed.Valid"]))
+    return bench
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
     """The step may have gone out and been taken, and nothing shows it any more.
 
     Source: docs/explanation/scan-model.md, one scan
     """
-    bench = PartBench(engine)
-    bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True
-    bench.until(lambda: bool(bench["Speed.Valid"]))
+    bench = _steady(engine)
     bench["Speed.Percent"] = 20
     bench.scan(2)
     assert (bench.plc.words[0], bench["Speed.Actual"]) == (0x0039, 60)
@@ -494,29 +484,18 @@ def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
 @pytest.mark.parametrize("robot", [0, 1])
 def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, robot: int) -> None:
     """Of this robot; 0 is robot 1. Source: guide 4.2.15; 1.1, robot designation."""
-    bench = PartBench()
-    bench["Speed.RobotNumber"] = robot
-    bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True
-    bench.until(lambda: bool(bench["Speed.Valid"]))
+    bench = _steady(RobotNumber=robot)
     bench.send(code, 0, 100)
     bench.scan(8)
     shown = (bench["Speed.Valid"], bench["Speed.ErrorID"], bench["Speed.Actual"])
     assert shown == ((False, 0x805D, 0) if seen else (True, 0, 60))
 
 
-def _steady() -> PartBench:
-    """The speed is 60 %; a step goes to any other one."""
-    bench = PartBench()
-    bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True
-    bench.until(lambda: bool(bench["Speed.Valid"]))
-    return bench
-
-
 @pytest.mark.parametrize(
     ("pin", "value", "error"), [("EarlySpeed", True, 0x8017), ("Speed.Percent", 0, 0x8042)]
 )
 @pytest.mark.parametrize("scans", [2, 1])
-def test_nor_is_it_where_the_next_call_is_an_error_of_its_own(
+def test_the_speed_is_not_known_after_missing_calls_that_end_in_another_error(
     scans: int, pin: str, value: int, error: int
 ) -> None:
     """The step may have gone out and ended meanwhile, also where only its data were out.

@@ -102,7 +102,7 @@ def test_a_new_pallet_begins_anew_at_any_time(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kept", [7, -1, 32767, -32768])
-def test_a_place_that_the_pallet_does_not_have_is_no_position(tmp_path: Path, kept: int) -> None:
+def test_a_place_beyond_the_pallet_is_an_error(tmp_path: Path, kept: int) -> None:
     """As after an exchange of the program: only NewPallet ends it. Source: this library's own."""
     pallet = _Pallet(tmp_path, (3, 2, 1))
     pallet.place = kept
@@ -125,12 +125,14 @@ def test_a_cleared_place_counts_as_full(tmp_path: Path) -> None:
     "size",
     [
         *((0, 1, 1), (1, 0, 1), (1, 1, 0), (-3, -2, 1), (182, 181, 1), (16384, 2, 1)),
-        (32767, 32767, 32767),
+        *((32767, 32767, 32767), (32767, 1, 2)),
         (26217, 32765, 5),  # 2**32 + 32729, which 32 bits hold as 32729
         *((-5, 29308, 29309), (29308, -5, 29309)),  # 26436 - 2**32
     ],
 )
-def test_a_pallet_that_cannot_be_is_refused(tmp_path: Path, size: tuple[int, int, int]) -> None:
+def test_an_illegal_size_of_the_pallet_is_refused(
+    tmp_path: Path, size: tuple[int, int, int]
+) -> None:
     """Source: guide 4.3.3: the product is 1 to 32767."""
     pallet = _Pallet(tmp_path, size)
     assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)
@@ -142,9 +144,7 @@ def test_a_pallet_that_cannot_be_is_refused(tmp_path: Path, size: tuple[int, int
 
 
 @pytest.mark.parametrize("size", [(), (1, 1, 1)])
-def test_a_pallet_may_have_one_position_and_has_one_without_sizes(
-    tmp_path: Path, size: tuple[int, ...]
-) -> None:
+def test_a_pallet_may_have_one_position(tmp_path: Path, size: tuple[int, ...]) -> None:
     """Source: guide 4.3.3: each size is at least 1."""
     pallet = _Pallet(tmp_path, size)
     assert pallet.shown == ("", 0, 1, (1, 1, 1), 1)
@@ -162,7 +162,7 @@ def test_a_size_that_becomes_illegal_is_refused_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("size", [(32767, 1, 1), (1, 217, 151), (7, 31, 151)])
-def test_the_largest_pallet_is_counted_to_its_end(
+def test_the_largest_pallet_is_counted_to_the_end(
     tmp_path: Path, size: tuple[int, int, int]
 ) -> None:
     """Source: guide 4.3.3: the product is at most 32767 = 7 * 31 * 151."""
@@ -173,13 +173,8 @@ def test_the_largest_pallet_is_counted_to_its_end(
     assert (pallet.place, pallet.shown[0]) == (0, "Full")
 
 
-def test_a_product_beyond_the_range_of_three_sizes_is_refused(tmp_path: Path) -> None:
-    """32767 positions in a layer are one too many for two layers."""
-    assert _Pallet(tmp_path, (32767, 1, 2)).shown[:2] == ("Error", 0x8045)
-
-
 @pytest.mark.parametrize("pin", ["NewPallet", "Next"])
-def test_what_is_true_as_the_plc_starts_moves_no_place(tmp_path: Path, pin: str) -> None:
+def test_a_pin_that_is_true_as_the_plc_starts_changes_no_place(tmp_path: Path, pin: str) -> None:
     """A button that hangs: place 1 again, or one that is skipped, would be a wrong movement.
 
     Source: the block keeps the place through a loss of power.

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from both_engines import ENGINES
-from pick_bench import PickBench
+from pick_bench import PickBench, picking
 
 _PLAIN = ["DO(20) OFF", "PTP 10 at 50", "DO(20) ON", "PTP 20 at 50", "DO(20) OFF"]
 _SENSOR: dict[str, Any] = {"Gripper__PartInput": 21}
@@ -19,25 +19,21 @@ _APPROACH = [
 ]
 
 
-def _bench(engine: str = "auto", **pins: Any) -> PickBench:
-    return PickBench(engine, **{"SourcePoint": 10, "TargetPoint": 20, "Speed": 50.0, **pins})
-
-
 def _with_sensor(**pins: Any) -> PickBench:
     """DI(21) is ON while the hand is closed: there are parts at the source."""
-    plc = _bench(**_SENSOR, **pins)
+    plc = picking(**_SENSOR, **pins)
     plc.follows = {21: 20}
     return plc
 
 
 def _approaching(**pins: Any) -> PickBench:
-    return _bench(**_SHIFTS, Shifts__ApproachSpeed=5.0, **pins)
+    return picking(**_SHIFTS, Shifts__ApproachSpeed=5.0, **pins)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_part_is_fetched_at_the_source_and_put_down_at_the_target(engine: str) -> None:
     """Source: guide 4.2.1 (PTP), 4.5.1 (bit units)."""
-    plc = _bench(engine)
+    plc = picking(engine)
     assert plc.end == ("", 0, "PICK_START", False)
     for _ in range(2):
         assert plc.work() == _PLAIN
@@ -47,9 +43,9 @@ def test_a_part_is_fetched_at_the_source_and_put_down_at_the_target(engine: str)
     assert plc.end == ("", 0, "PICK_START", False)
 
 
-def test_the_stages_show_what_it_does() -> None:
+def test_the_stages_of_the_work_are_shown_in_order() -> None:
     """Source: this library's own."""
-    plc = _bench()
+    plc = picking()
     plc.start()
     seen: list[tuple[str, bool]] = []
     while plc["Pick.Busy"]:
@@ -66,7 +62,7 @@ def test_between_pallets_it_moves_in_arches() -> None:
 
     Source: guide 4.2.5, arch designation.
     """
-    plc = _bench(
+    plc = picking(
         SourcePallet=1,
         SourcePosition=4,
         TargetPallet=2,
@@ -84,7 +80,7 @@ def test_between_pallets_it_moves_in_arches() -> None:
 
 def test_an_arch_in_mm_is_taken_as_it_is() -> None:
     """Source: guide 4.2.1, arch designation: integers (x1000) in millimetres."""
-    plc = _bench(ArchAxis=1, ArchUnit="UNIT_MM", ArchPosition=9.5, ArchDistance=20.0, Speed=0.0)
+    plc = picking(ArchAxis=1, ArchUnit="UNIT_MM", ArchPosition=9.5, ArchDistance=20.0, Speed=0.0)
     arch = "000001 [9500, 20000, 20000] mm"
     assert plc.work()[1::2] == [f"arch 10, {arch}", f"arch 20, {arch}"]
 
@@ -102,19 +98,19 @@ def test_it_comes_from_above_and_leaves_to_above() -> None:
     assert arched == [f"arch {k} at 50, 000100 [0, 0, 0] pulses" for k in (10, 20)]
 
 
-def test_without_shifts_none_is_selected_at_the_end_either() -> None:
+def test_without_shifts_no_shift_is_selected_at_the_end() -> None:
     """Source: RCX_PICK_SHIFTS: all 0: no shift is selected by it."""
-    assert _bench(Shifts__Afterwards=7).work() == _PLAIN
+    assert picking(Shifts__Afterwards=7).work() == _PLAIN
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("afterwards", [0, 7])
-def test_at_the_end_the_shift_for_what_comes_next_is_selected(engine: str, afterwards: int) -> None:
+def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: int) -> None:
     """Else later movements of the program would go to other places.
 
     Source: guide 4.2.17; field Afterwards of RCX_PICK_SHIFTS
     """
-    plc = _bench(engine, Shifts__Target=4, Shifts__Afterwards=afterwards)
+    plc = picking(engine, Shifts__Target=4, Shifts__Afterwards=afterwards)
     plc.start()
     plc.scan_until(lambda: plc.end[2] == "PICK_SHIFT", most=600)
     assert plc.end == ("Busy", 0, "PICK_SHIFT", False)
@@ -129,7 +125,7 @@ def test_where_only_that_shift_is_missing_no_second_part_is_fetched(shifts: dict
 
     Source: head: after an error it goes on with what is not finished
     """
-    plc = _bench(Shifts__Target=4, **shifts)
+    plc = picking(Shifts__Target=4, **shifts)
     plc.until("DO(20) ON")
     plc.refuses = "shift 0"
     plc.scan_until(lambda: not plc["Pick.Busy"], most=600)
@@ -152,7 +148,7 @@ def test_after_an_error_the_shift_of_the_movement_stays_selected() -> None:
 
 def test_on_pallets_it_comes_from_above_too() -> None:
     """Source: guide 4.2.5, 4.2.17; without a speed of its own the approach is as fast."""
-    plc = _bench(TargetPallet=0, Shifts__TargetAbove=7)
+    plc = picking(TargetPallet=0, Shifts__TargetAbove=7)
     target = ["shift 7", "PTP 0/1 at 50", "shift 0", "PTP 0/1 at 50", "DO(20) OFF", "shift 7"]
     target += ["PTP 0/1 at 50", "shift 0"]
     assert plc.work()[4:] == target
@@ -165,7 +161,7 @@ def test_on_pallets_it_comes_from_above_too() -> None:
 def test_one_shift_is_enough_for_both_to_be_selected(shift: str) -> None:
     """Otherwise the other place would be taken under it. Source: guide 4.2.17."""
     place: dict[str, Any] = {f"Shifts__{shift}": 4}
-    plc = _bench(**place)
+    plc = picking(**place)
     source, target = (4, 0) if shift == "Source" else (0, 4)
     told = plc.work()
     assert told[1:3] == [f"shift {source}", "PTP 10 at 50"]
@@ -190,7 +186,7 @@ def test_inputs_are_sampled_at_the_rising_edge() -> None:
 
 def test_an_edge_while_it_works_takes_nothing_over() -> None:
     """Nor where it waits without a command. Source: design of the library, 3."""
-    plc = _bench(Gripper__Settle="T#1s")
+    plc = picking(Gripper__Settle="T#1s")
     plc.until("DO(20) ON")
     plc.scan(20)
     assert (plc.end[0], plc["Pick.Active"]) == ("Busy", False)
@@ -203,7 +199,7 @@ def test_an_edge_while_it_works_takes_nothing_over() -> None:
 
 def test_a_pallet_without_a_position_is_that_of_its_first() -> None:
     """Source: guide 4.2.5: work positions from 1."""
-    told = _bench(SourcePallet=3, TargetPallet=4).work()
+    told = picking(SourcePallet=3, TargetPallet=4).work()
     assert told[1::2] == ["PTP 3/1 at 50", "PTP 4/1 at 50"]
 
 
@@ -215,14 +211,14 @@ def test_a_pallet_without_a_position_is_that_of_its_first() -> None:
         ("PTP 20 at 50", ["DO2?", *_PLAIN[3:]]),
     ],
 )
-def test_it_goes_on_with_what_is_not_finished(broken: str, again: list[str]) -> None:
+def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: list[str]) -> None:
     """Before the hand has closed it begins anew; then it never opens but at the target.
 
     Whether it has closed the controller says: a close that was refused is none.
 
     Source: this library's own; alarm 12.600: guide 1.2; port reference: guide 4.5.1.
     """
-    plc = _bench()
+    plc = picking()
     plc.refuses = broken
     assert plc.work()[-1] == broken
     stage = plc.end[2]
@@ -285,9 +281,7 @@ def test_a_release_that_begins_from_above_begins_there_again(lost_at: str) -> No
         (14, _APPROACH[13:]),
     ],
 )
-def test_from_above_it_goes_on_with_the_movement_that_was_broken_off(
-    count: int, again: list[str]
-) -> None:
+def test_an_approach_that_was_broken_off_goes_on(count: int, again: list[str]) -> None:
     """The part in the hand is lifted again; after the release it only leaves.
 
     Source: this library's own.
@@ -308,7 +302,7 @@ def test_from_above_it_goes_on_with_the_movement_that_was_broken_off(
 @pytest.mark.parametrize("broken", ["DO(20) ON", "PTP 20 at 50", "DO(20) OFF"])
 def test_where_the_part_was_taken_out_it_begins_anew(broken: str) -> None:
     """Source: this library's own."""
-    plc = _bench()
+    plc = picking()
     plc.until("PTP 10 at 50")
     plc.refuses = broken
     plc.scan_until(lambda: not plc["Pick.Busy"])
@@ -330,64 +324,10 @@ def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> 
     assert plc.end == ("Done", 0, "PICK_START", False)
 
 
-@pytest.mark.parametrize(
-    ("pin", "value", "error_id"),
-    [
-        ("RobotNumber", 5, 0x8040),
-        ("SourcePoint", 30000, 0x8044),
-        ("SourcePallet", -2, 0x8044),
-        ("TargetPallet", 40, 0x8044),
-        ("Speed", 0.5, 0x8042),
-        ("ArchAxis", 7, 0x8041),
-        ("Gripper.CloseOutput", 28, 0x8044),
-        ("Gripper.PartInput", 28, 0x8044),
-        ("Gripper.PartInput", -1, 0x8044),
-        ("Gripper.PartInput", 80, 0x8044),
-    ],
-)
-def test_an_illegal_input_ends_it_before_the_telegram_that_it_is_for(
-    pin: str, value: object, error_id: int
-) -> None:
-    """Source: guide 4.2.1, 4.2.5, 4.2.17, 4.5.1: the ranges."""
-    plc = _bench()
-    plc[f"Pick.{pin}"] = value
-    told = plc.work()
-    assert plc.end[:2] == ("Error", error_id)
-    assert told == _PLAIN[: len(told)], "what came before it is as always"
-
-
-@pytest.mark.parametrize(("output", "error_id"), [("SO02", 0x800C), ("SO01", 0x8002), ("", 0x8001)])
-def test_without_servos_or_controller_it_does_not_begin(output: str, error_id: int) -> None:
-    """Source: manual chapter 5, 2."""
-    plc = _bench()
-    if output:
-        plc.outputs(**{output: False})
-    else:
-        plc["Connected"] = False
-    plc.scan(3)
-    assert plc.work() == []
-    assert plc.end == ("Error", error_id, "PICK_EMPTY", False)
-
-
-def test_servos_that_go_off_between_two_commands_end_it() -> None:
-    """No command is out then that would end with an alarm. Source: manual chapter 5, 3.1."""
-    plc = _bench(Gripper__Settle="T#1s")
-    plc.until("DO(20) ON")
-    plc.scan(20)
-    assert plc.end == ("Busy", 0, "PICK_CLOSE", False)
-    plc.outputs(SO02=False)
-    plc.scan()
-    assert plc.end == ("Error", 0x800C, "PICK_CLOSE", False)
-    plc.outputs(SO02=True)
-    plc.scan(200)
-    assert plc.told[-1] == "DO(20) ON"
-    assert plc.work() == ["DO2?", *_PLAIN[2:]]
-
-
 @pytest.mark.parametrize("out", ["DI2?", "DO(20) OFF", "PTP 10 at 50"])
 def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> None:
     """It ends with the alarm, which says more. Source: guide 1.2; manual chapter 5, 3.1."""
-    plc = _bench(**_SENSOR)
+    plc = picking(**_SENSOR)
     plc.silent = out
     plc.until(out)
     plc.outputs(SO02=False)
@@ -402,7 +342,7 @@ def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> No
 @pytest.mark.exhaustive
 def test_without_a_timeout_of_the_user_a_command_may_last_a_minute() -> None:
     """6000 scans of 10 ms. Source: design of the library, 2: every wait has a limit."""
-    plc = _bench()
+    plc = picking()
     plc.silent = "PTP 10 at 50"
     plc.until("PTP 10 at 50")
     assert 5990 <= plc.scan_until(lambda: not plc["Pick.Busy"], most=6100) <= 6000
@@ -411,7 +351,7 @@ def test_without_a_timeout_of_the_user_a_command_may_last_a_minute() -> None:
 
 def test_a_movement_that_lasts_longer_than_timeout_ends_it() -> None:
     """Source: design of the library, 2: every wait has a limit."""
-    plc = _bench(Timeout="T#100ms")
+    plc = picking(Timeout="T#100ms")
     plc.silent = "PTP 20 at 50"
     plc.work()
     assert plc.end == ("Error", 0x8011, "PICK_TO_TARGET", True)
@@ -423,7 +363,7 @@ def test_a_movement_that_lasts_longer_than_timeout_ends_it() -> None:
 )
 def test_timeout_is_that_of_every_command(stage: str, silent: str) -> None:
     """Source: design of the library, 2: every wait has a limit."""
-    plc = _bench(Timeout="T#100ms", Gripper__PartInput=21, Shifts__Source=4)
+    plc = picking(Timeout="T#100ms", Gripper__PartInput=21, Shifts__Source=4)
     plc.silent = silent
     plc.start()
     assert plc.scan_until(lambda: not plc["Pick.Busy"]) < 40
@@ -433,7 +373,7 @@ def test_timeout_is_that_of_every_command(stage: str, silent: str) -> None:
 @pytest.mark.parametrize("how", ["skipped", "twice"])
 def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
     """Source: docs/explanation/scan-model.md, one scan."""
-    plc = _bench()
+    plc = picking()
     plc.until("PTP 20 at 50")
     plc["Call" if how == "skipped" else "Twice"] = how != "skipped"
     if how == "skipped":
@@ -449,7 +389,7 @@ def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
 @pytest.mark.parametrize("how", ["skipped", "twice"])
 def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> None:
     """Where none is under way that would see it itself. Source: scan-model.md, one scan."""
-    plc = _bench(**_SENSOR)
+    plc = picking(**_SENSOR)
     plc["Twice"] = how == "twice"
     plc.start()
     if how == "skipped":
@@ -466,7 +406,7 @@ def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> Non
 @pytest.mark.parametrize("refused", ["", "PTP 20 at 50"])
 def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan(refused: str) -> None:
     """Source: design of the library, 3."""
-    plc = _bench()
+    plc = picking()
     plc.refuses = refused
     plc.start()
     plc["Pick.Execute"] = False

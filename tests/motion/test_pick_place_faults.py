@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from both_engines import ENGINES
-from pick_bench import PickBench
+from pick_bench import PickBench, picking
 
 _PLAIN = ["DO(20) OFF", "PTP 10 at 50", "DO(20) ON", "PTP 20 at 50", "DO(20) OFF"]
 _ASKING = ["DI2?", "DO(20) OFF", "DI2?", "PTP 10 at 50", "DO(20) ON", "DI2?", "PTP 20 at 50"]
@@ -20,10 +18,6 @@ _FAULTS = [
 ]
 #: What ends a work that began in AUTO mode; in MANUAL mode one may begin.
 _ENDS = [*_FAULTS, ("SO10", False, 0x8006)]
-
-
-def _bench(engine: str = "auto", **pins: Any) -> PickBench:
-    return PickBench(engine, **{"SourcePoint": 10, "TargetPoint": 20, "Speed": 50.0, **pins})
 
 
 def _set(plc: PickBench, name: str, value: bool) -> None:
@@ -41,16 +35,27 @@ def _for_one_scan(plc: PickBench, name: str, value: bool) -> None:
         plc.scan()  # it is a pin of FB_WriteArea, which comes after the blocks
 
 
+def _let_another_command_out(plc: PickBench) -> None:
+    """The command of another block, which has no end yet; the next one of the work waits."""
+    plc["Other.Execute"] = True
+    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
+    plc.scan(5)
+
+
+def _let_that_command_end(plc: PickBench) -> None:
+    plc.scan(3)
+    plc.answer(0x0200)
+    plc["Other.Execute"], plc.silent = False, ""
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("name", "value", "error"), _ENDS)
-def test_what_stops_a_robot_ends_it_between_two_commands(
-    engine: str, name: str, value: bool, error: int
-) -> None:
+def test_a_fault_between_commands_ends_it(engine: str, name: str, value: bool, error: int) -> None:
     """As it ends a table; when it is over nothing goes on by itself.
 
     Source: manual chapter 5, 3.1 and 3.3; design of the library, 2
     """
-    plc = _bench(engine, Gripper__Settle="T#1s")
+    plc = picking(engine, Gripper__Settle="T#1s")
     plc.until("DO(20) ON")
     plc.scan(20)
     assert plc.end == ("Busy", 0, "PICK_CLOSE", False)
@@ -62,9 +67,9 @@ def test_what_stops_a_robot_ends_it_between_two_commands(
 
 
 @pytest.mark.parametrize(("name", "value", "error"), _FAULTS)
-def test_what_stops_a_robot_lets_it_not_begin(name: str, value: bool, error: int) -> None:
+def test_a_fault_keeps_the_work_from_beginning(name: str, value: bool, error: int) -> None:
     """Source: manual chapter 5, 3.1 and 3.3."""
-    plc = _bench()
+    plc = picking()
     _set(plc, name, value)
     plc.scan(3)
     assert plc.work() == []
@@ -75,14 +80,14 @@ def test_what_stops_a_robot_lets_it_not_begin(name: str, value: bool, error: int
 @pytest.mark.parametrize(
     ("out", "stage"), [("DO(20) ON", "CLOSE"), ("PTP 10 at 50", "CLOSE"), ("DI2?", "EMPTY")]
 )
-def test_a_command_that_is_out_ends_before_it(
+def test_a_fault_waits_for_the_end_of_a_command(
     out: str, stage: str, name: str, value: bool, error: int
 ) -> None:
     """Even if the cause has gone by then; what the command has done counts.
 
     Source: remote command guide chapter 2: no command can be taken back
     """
-    plc = _bench(Gripper__PartInput=21, Gripper__Settle="T#100ms")
+    plc = picking(Gripper__PartInput=21, Gripper__Settle="T#100ms")
     plc.follows = {21: 20}
     plc.silent = out
     plc.until(out)
@@ -108,7 +113,7 @@ def test_a_command_that_waits_for_its_turn_is_withdrawn(
 
     Source: docs/explanation/scan-model.md; manual chapter 5, 3.1 and 3.3
     """
-    plc = _bench(Gripper__PartInput=21)
+    plc = picking(Gripper__PartInput=21)
     plc.follows = {21: 20}
     plc.silent = "date"
     if place:
@@ -135,16 +140,12 @@ def test_a_command_that_waits_for_its_turn_is_withdrawn(
 
 @pytest.mark.parametrize("restart", [False, True])
 @pytest.mark.parametrize("again", [0, 1])
-def test_a_second_call_in_the_scan_of_the_error_lets_no_command_out(
-    again: int, restart: bool
-) -> None:
+def test_a_second_call_in_the_scan_of_an_error_sends_nothing(again: int, restart: bool) -> None:
     """Nor one in the next scan, nor a new edge there. Source: scan-model.md, one scan."""
-    plc = _bench()
+    plc = picking()
     plc.silent = "date"
     plc.until("DO(20) OFF")
-    plc["Other.Execute"] = True
-    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
-    plc.scan(5)
+    _let_another_command_out(plc)
     plc["Pick.Execute"] = not restart
     plc.scan()
     plc["StopOk"] = False
@@ -168,7 +169,7 @@ def test_a_movement_begins_when_the_stop_inputs_have_settled(engine: str) -> Non
 
     Source: manual chapter 5, 3.3; RCX_REF.Settled
     """
-    plc = _bench(engine)
+    plc = picking(engine)
     plc["StopOk"] = False
     plc.scan(30)
     plc["StopOk"] = True
@@ -189,18 +190,14 @@ def test_a_close_that_did_not_go_out_is_not_made_up_for_elsewhere(engine: str) -
 
     Source: head of FB_PickPlace: before a close went out
     """
-    plc = _bench(engine)
+    plc = picking(engine)
     plc.silent = "date"
     plc.until("PTP 10 at 50")
-    plc["Other.Execute"] = True
-    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
-    plc.scan(5)
+    _let_another_command_out(plc)
     assert plc.end == ("Busy", 0, "PICK_CLOSE", False)
     _for_one_scan(plc, "SO00", True)
     assert plc.end == ("Error", 0x8003, "PICK_CLOSE", False)
-    plc.scan(3)
-    plc.answer(0x0200)
-    plc["Other.Execute"], plc.silent = False, ""
+    _let_that_command_end(plc)
     plc.scan(50)
     assert plc.work() == _PLAIN
 
@@ -211,19 +208,15 @@ def test_a_part_that_falls_before_the_release_went_out_is_lost(name: str, value:
 
     Source: docs/reference/errors.md, 16#8059
     """
-    plc = _bench(Gripper__PartInput=21)
+    plc = picking(Gripper__PartInput=21)
     plc.follows = {21: 20}
     plc.silent = "date"
     plc.until("PTP 20 at 50")
     plc.until("DI2?")
-    plc["Other.Execute"] = True
-    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
-    plc.scan(5)
+    _let_another_command_out(plc)
     assert plc.end == ("Busy", 0, "PICK_RELEASE", True)
     _for_one_scan(plc, name, value)
-    plc.scan(3)
-    plc.answer(0x0200)
-    plc["Other.Execute"], plc.silent = False, ""
+    _let_that_command_end(plc)
     plc.follows = {}
     plc.scan(50)
     assert plc.work() == ["DO2?", "DI2?"]
@@ -236,7 +229,7 @@ def test_after_a_release_that_went_out_the_hand_may_be_empty(part: bool) -> None
 
     Source: head of FB_PickPlace
     """
-    plc = _bench(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
+    plc = picking(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
     plc.follows = {21: 20}
     plc.until("PTP 20 at 50")
     plc.follows, plc.inputs_on = {}, {21}
@@ -250,7 +243,7 @@ def test_after_a_release_that_went_out_the_hand_may_be_empty(part: bool) -> None
 
 def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
     """Source: docs/explanation/fidelity.md, program-mode: remote commands work in both modes."""
-    plc = _bench()
+    plc = picking()
     plc.outputs(SO10=False)
     plc.scan()
     plc.until("DO(20) OFF")
@@ -266,7 +259,7 @@ def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
 
     Source: docs/reference/errors.md, 16#8016
     """
-    plc = _bench()
+    plc = picking()
     plc.silent = "date"
     plc.until("DO(20) OFF")
     plc["Other.Execute"] = True

@@ -121,7 +121,7 @@ def test_the_wait_for_an_input_ends_after_max_wait(
     assert plc.end == ("Error", error_id, stage, False)
 
 
-def test_what_was_not_gripped_is_fetched_anew() -> None:
+def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
     """Source: this library's own."""
     plc = _bench(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
     plc.work()
@@ -145,7 +145,7 @@ def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
     assert plc.end[0] == "Done"
 
 
-def test_a_part_that_sticks_to_the_open_hand_is_told() -> None:
+def test_a_part_that_sticks_to_the_open_hand_is_an_error() -> None:
     """Source: this library's own."""
     plc = _bench(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
     plc.follows = {21: 20}
@@ -158,7 +158,7 @@ def test_a_part_that_sticks_to_the_open_hand_is_told() -> None:
 
 
 @pytest.mark.parametrize("above", [0, 3])
-def test_a_part_that_is_lost_on_the_way_is_told_before_the_hand_opens(above: int) -> None:
+def test_a_part_that_is_lost_on_the_way_is_an_error_before_the_hand_opens(above: int) -> None:
     """Source: this library's own."""
     plc = _bench(Gripper__PartInput=21, Shifts__SourceAbove=above)
     plc.follows = {21: 20}
@@ -246,7 +246,7 @@ def test_a_port_command_that_fails_ends_it_with_the_alarm(silent: str) -> None:
 
 @pytest.mark.parametrize("go", [False, True])
 @pytest.mark.parametrize("number", [-1, 8, 19, 21])
-def test_the_part_that_reads_inputs_refuses_what_is_none(go: bool, number: int) -> None:
+def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: int) -> None:
     """FB_PickPlace has refused it before; this is for any caller.
 
     Source: guide 4.5.1: bits are 0 to 7
@@ -282,9 +282,7 @@ def _scan(block: Alone, pattern: int = 0) -> bool:
     ("on", "closed", "opened"),
     [({20}, True, False), ({21}, False, True), (set(), False, False), ({20, 21}, False, False)],
 )
-def test_of_two_outputs_one_closes_and_the_other_one_opens(
-    on: set[int], closed: bool, opened: bool
-) -> None:
+def test_one_output_closes_and_the_other_opens(on: set[int], closed: bool, opened: bool) -> None:
     """With both OFF, as after power-on, or both ON neither does, whatever was read before.
 
     Source: RCX_GRIPPER; guide 4.5.1: bit k of the answer is DO(20 + k)
@@ -299,7 +297,7 @@ def test_of_two_outputs_one_closes_and_the_other_one_opens(
     assert (block["Block.Closed"], block["Block.Opened"]) == (closed, opened)
 
 
-def test_an_answer_that_nobody_waits_for_any_more_passes_nothing() -> None:
+def test_an_answer_that_comes_after_asks_fell_is_ignored() -> None:
     """The next reading begins with the output that closes.
 
     Source: FB_RcxPickLook: Asks stays TRUE until Passed or an error
@@ -313,7 +311,7 @@ def test_an_answer_that_nobody_waits_for_any_more_passes_nothing() -> None:
 
 @pytest.mark.parametrize("asks", [False, True])
 @pytest.mark.parametrize("number", [-1, 28, 39])
-def test_the_part_that_reads_outputs_refuses_what_is_none(asks: bool, number: int) -> None:
+def test_the_block_that_reads_outputs_refuses_an_illegal_bit(asks: bool, number: int) -> None:
     """FB_PickPlace has refused it before; this is for any caller.
 
     Source: guide 4.5.1: bits are 0 to 7
@@ -326,7 +324,7 @@ def test_the_part_that_reads_outputs_refuses_what_is_none(asks: bool, number: in
         assert not block["Block.Busy"]
 
 
-def test_of_an_output_that_is_none_by_the_time_of_the_answer_nothing_is_told() -> None:
+def test_an_output_number_that_becomes_illegal_before_the_answer_is_an_error() -> None:
     """A bit that there is not is not looked up. Source: guide 4.5.1: bits are 0 to 7."""
     block = _look()
     _scan(block)

@@ -92,7 +92,7 @@ def _judge(place: int, what: str, after: str, **kind: Any) -> None:
 
 
 @pytest.mark.parametrize("what", _WHAT)
-def test_whatever_happens_at_whatever_command(what: str) -> None:
+def test_each_disturbance_at_each_command_neither_drops_nor_doubles_a_part(what: str) -> None:
     """It opens at the target only, fetches no second part, and Done is a part that was carried.
 
     A second part comes only after an error that sends somebody to look.
@@ -136,7 +136,7 @@ def test_a_release_is_not_forgotten_either(how: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_close_that_was_refused_is_none(engine: str) -> None:
+def test_after_a_refused_close_the_hand_counts_as_open(engine: str) -> None:
     """It opens, goes to the source again and closes there.
 
     Source: guide 1.2, abnormal end; 4.5.1
@@ -162,7 +162,7 @@ def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
     assert bench.told[before:] == ["read DO2", *_PLAIN]
 
 
-def test_a_power_cycle_after_the_end_has_not_been_told_yet() -> None:
+def test_a_power_cycle_after_the_error_is_reported_at_the_next_start() -> None:
     """Somebody looks for the part first: it may lie anywhere. Source: errors.md, 16#8059."""
     bench = _begun(3, "refused")
     assert bench.end == ("Error", 0x8020, True)
@@ -211,7 +211,7 @@ def test_a_power_cycle_without_a_call_of_the_block_is_seen_afterwards() -> None:
     assert bench.work(HandEmpty=True) == "Done"
 
 
-def test_what_is_not_known_stays_so_until_somebody_has_looked() -> None:
+def test_an_unknown_state_of_the_hand_stays_an_error_until_hand_empty() -> None:
     """Two outputs, both OFF, and the close had no end: the hand may hold a part or not.
 
     With a sensor it needs nobody. Source: head of FB_PickPlace, 16#805E
@@ -249,7 +249,7 @@ def test_where_the_target_was_reached_the_part_is_put_down_there_again() -> None
     assert (bench.place, bench.delivered) == (TARGET, 1)
 
 
-def test_a_power_cycle_that_begins_in_a_scan_without_a_call_has_not_been_told() -> None:
+def test_a_power_cycle_that_begins_in_a_scan_without_a_call_is_reported_later() -> None:
     """The work ends as not called in every scan; the part has fallen wherever the robot was.
 
     Source: docs/reference/errors.md, 16#8013 and 16#8059
@@ -349,7 +349,7 @@ def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(out
 
 
 @pytest.mark.parametrize("wrong", [0, 28])
-def test_a_start_with_an_illegal_gripper_does_not_hide_who_switches_the_hand(wrong: int) -> None:
+def test_a_refused_start_does_not_hide_that_another_block_switches_the_hand(wrong: int) -> None:
     """It opens and closes again: nobody knows what it holds. Source: errors.md, 16#805E."""
     bench = _begun(3, "refused")
     outputs: dict[str, Any] = {"Gripper.CloseOutput": wrong}

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from both_engines import ENGINES
-from pick_bench import PickBench
+from pick_bench import picking
 
 _PULSES = 8_388_607.0
 _ARCH = {"ArchAxis": 3, "ArchUnit": "UNIT_PULSES"}
@@ -81,16 +81,10 @@ _CASES: list[tuple[dict[str, Any], int]] = [
 ]
 
 
-def _bench(engine: str = "auto", **pins: Any) -> PickBench:
-    return PickBench(engine, **{"SourcePoint": 10, "TargetPoint": 20, "Speed": 50.0, **pins})
-
-
 @pytest.mark.parametrize(("pins", "error"), _CASES, ids=str)
-def test_what_cannot_be_is_refused_before_anything_goes_out(
-    pins: dict[str, Any], error: int
-) -> None:
+def test_an_illegal_input_is_refused_at_once(pins: dict[str, Any], error: int) -> None:
     """Source: remote command guide 4.2.1, 4.2.5, 4.2.17, 4.5.1; design of the library, 2."""
-    plc = _bench(**pins)
+    plc = picking(**pins)
     plc.start()
     plc.scan(4)
     assert plc.end[:2] == (("Error", error) if error else ("Busy", 0))
@@ -103,7 +97,7 @@ def test_a_refusal_forgets_nothing(engine: str) -> None:
 
     Source: head of FB_PickPlace
     """
-    plc = _bench(engine)
+    plc = picking(engine)
     plc.refuses = "PTP 20 at 50"
     plc.work()
     assert plc.end == ("Error", 0x8020, "PICK_TO_TARGET", True)

@@ -97,7 +97,7 @@ def test_a_movement_between_two_commands_ends_it_before_the_hand_opens(engine: s
 
 
 @pytest.mark.parametrize("name", _HARMFUL | _HAND)
-def test_what_moves_the_robot_or_its_points_or_the_hand_ends_it(name: str) -> None:
+def test_a_command_that_moves_the_robot_its_points_or_the_hand_ends_the_work(name: str) -> None:
     """Between the source and the close, and between the target and the release.
 
     Source: guide 4.2, 4.5.1, 4.6
@@ -115,7 +115,7 @@ def test_what_moves_the_robot_or_its_points_or_the_hand_ends_it(name: str) -> No
 
 
 @pytest.mark.parametrize("name", _HARMLESS)
-def test_what_changes_nothing_for_it_lets_it_go_on(name: str) -> None:
+def test_a_command_that_changes_nothing_for_the_work_lets_it_go_on(name: str) -> None:
     """Source: guide 4.2 to 4.8."""
     bench = PartBench()
     for count in (2, 4):
@@ -137,15 +137,6 @@ def test_blocks_that_read_and_set_the_speed_work_beside_it() -> None:
     assert (bench["Speed.Error"], bench["Place.Error"], bench.delivered) == (False, False, 3)
     assert bench.told.count("506") > 5
     assert bench.told.count("039") >= 2
-
-
-def test_a_movement_that_was_there_before_is_waited_for() -> None:
-    """First come, first served: nothing of it has gone out. Source: scan-model.md."""
-    bench = PartBench()
-    bench.send(*_MOVES)
-    bench.scan(3)
-    assert bench.work() == "Done"
-    assert bench.told[:2] == ["move 30", "DO(20) OFF"]
 
 
 def test_a_movement_is_waited_for_however_long_it_takes() -> None:
@@ -227,7 +218,7 @@ def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
     assert bench.end == ("Error", 0x805D, True)
 
 
-def test_of_two_outputs_none_is_switched_by_another_block() -> None:
+def test_no_other_block_may_switch_one_of_two_outputs_of_the_hand() -> None:
     """Not the one that opens either. Source: guide 4.5.1; RCX_GRIPPER, OpenOutput."""
     for words in ((0x301, 0, 0x1021, 1), (0x301, 0, 0x1020, 0)):
         bench = PartBench(outputs=2)
@@ -327,7 +318,7 @@ def test_a_table_may_move_the_robot_with_a_part_in_the_hand() -> None:
 
 
 @pytest.mark.parametrize("number", [-1, 5, 17])
-def test_a_table_for_a_robot_that_there_is_not_is_refused_and_takes_none(number: int) -> None:
+def test_a_table_for_a_robot_that_does_not_exist_is_refused(number: int) -> None:
     """Source: guide 3.1, robot designation: 1 to 4; docs/reference/errors.md, 16#8040."""
     bench = PartBench()
     bench["Moves[1].Kind"], bench["Table.Rows"] = "MOVE_PTP", 1
@@ -346,7 +337,7 @@ def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_table_ends_if_somebody_else_moves_the_robot(engine: str) -> None:
+def test_a_table_ends_if_another_block_moves_the_robot(engine: str) -> None:
     """But not while it asks for that with CallNumber. Source: head of FB_MoveTable."""
     bench = PartBench(engine)
     for row, point in ((1, 20), (2, 40)):

@@ -138,7 +138,7 @@ def test_a_work_whose_end_comes_with_the_fault_or_after_it_is_counted(later: int
     assert plc["Bare.Count"] == 0
 
 
-def test_only_what_was_begun_is_counted() -> None:
+def test_only_work_that_the_cycle_began_is_counted() -> None:
     """Not a WorkDone of the first call, nor one without a Start. Source: comment of Count."""
     plc = _bench()
     plc["Bare.WorkDone"] = True
@@ -212,7 +212,7 @@ def test_stop_while_it_powers_up_begins_no_work(when: str) -> None:
     assert _shown(plc) == _IDLE
 
 
-def test_the_first_fault_is_kept_until_reset_and_then_it_takes_start() -> None:
+def test_the_first_fault_is_shown_until_reset_and_then_start_works_again() -> None:
     """Source: guide 1.2, abnormal end; design of the examples: nothing restarts by itself."""
     plc = _running("Cycle")
     _end(plc, 0x4000)
@@ -285,7 +285,7 @@ def test_reset_without_a_fault_does_nothing(state: str) -> None:
     assert _shown(plc) == before
 
 
-def test_what_the_work_shows_with_reset_is_the_fault_that_is_acknowledged() -> None:
+def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None:
     """Of a work that is called after the cycle it sees the end a scan later.
 
     Source: this library's own.
@@ -312,9 +312,7 @@ def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
     ("cause", "error_id"), [("link", 0x8001), ("SO01", 0x8002), ("cell", 0x8003)]
 )
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
-def test_what_is_missing_for_a_start_is_a_fault_at_once(
-    cause: str, error_id: int, when: str
-) -> None:
+def test_a_start_without_link_or_cell_is_a_fault(cause: str, error_id: int, when: str) -> None:
     """Nothing waits for it: a door that closes, or a cable, would start the robot.
 
     Source: this library's own.
@@ -383,7 +381,7 @@ def test_a_power_up_that_fails_later_does_not_take_the_place_of_the_first_fault(
 
 
 @pytest.mark.parametrize("cause", ["link", "SO01", "SO02"])
-def test_what_is_lost_while_it_is_idle_is_no_fault(cause: str) -> None:
+def test_a_loss_while_the_cycle_is_idle_is_no_fault(cause: str) -> None:
     """Only its own work needs it. Source: this library's own."""
     plc = _bench()
     if cause == "link":
@@ -430,7 +428,7 @@ def test_of_lost_servos_the_command_that_is_out_says_more() -> None:
     assert _shown(plc, "Cycle") == _fault(0x8020)
 
 
-def test_a_command_that_is_none_of_the_work_hides_lost_servos_for_a_second() -> None:
+def test_a_command_of_another_block_hides_lost_servos_for_a_second() -> None:
     """As a continuous output of the position. Source: this library's own."""
     plc = _running()
     plc["Other.Execute"] = True
@@ -441,16 +439,6 @@ def test_a_command_that_is_none_of_the_work_hides_lost_servos_for_a_second() -> 
     assert _shown(plc) == _RUN
     plc.scan(3)
     assert _shown(plc) == _fault(0x800C)
-
-
-def test_a_work_that_ends_well_in_the_scan_of_a_fault_is_counted() -> None:
-    """Source: this library's own."""
-    plc = _running()
-    plc.outputs(SO02=False)
-    plc["Bare.WorkDone"] = True
-    plc.scan()
-    assert _shown(plc) == _fault(0x800C)
-    assert plc["Bare.Count"] == 1
 
 
 def test_the_count_does_not_begin_again_below_zero() -> None:

@@ -97,7 +97,7 @@ def test_its_program_is_portable_and_runs_from_the_command_line(
     assert "4 remote commands, no violations" in capsys.readouterr().out
 
 
-def test_the_readme_says_in_a_line_each_what_the_commands_find(tmp_path: Path) -> None:
+def test_the_readme_has_one_line_for_each_command(tmp_path: Path) -> None:
     assert main(["new", str(tmp_path / "cell")]) == 0
     text = (tmp_path / "cell/README.md").read_text(encoding="utf-8")
     assert re.findall(r"^\| `((?:rcx|pytest) [^`]*)` \| .+ \|$", text, re.MULTILINE) == [*_VERIFY]
@@ -136,7 +136,7 @@ def test_mutants_of_it_are_tried_with_its_tests(
     assert "NOT RUN YET (the next call goes on)" in capsys.readouterr().out
 
 
-def test_what_its_launch_json_names_is_debugged(
+def test_the_configurations_of_its_launch_json_can_be_debugged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -258,11 +258,11 @@ def test_an_empty_repository_is_taken(tmp_path: Path) -> None:
         ),
         (["--robot", "YK4"], "there is no robot 'YK4'; use YK400XE, YK400XEC, YK510XEC"),
         (["--size", "47"], "an area of 47 bytes does not exist"),
-        (["--name", "<b>"], "'<b>' is no name for a cell; give --name"),
-        (["--name", ""], "'' is no name for a cell; give --name"),
+        (["--name", "<b>"], "'<b>' is not a name for a cell; give --name"),
+        (["--name", ""], "'' is not a name for a cell; give --name"),
     ],
 )
-def test_what_is_wrong_is_said_and_nothing_is_written(
+def test_a_wrong_option_is_one_message_and_nothing_is_written(
     tmp_path: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["new", str(tmp_path / "cell"), *options]) == 2
@@ -270,7 +270,7 @@ def test_what_is_wrong_is_said_and_nothing_is_written(
     assert not (tmp_path / "cell").exists()
 
 
-def test_a_file_in_the_way_is_said(tmp_path: Path, capsys: Captured) -> None:
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path, capsys: Captured) -> None:
     (tmp_path / "cell").write_text("mine")
     assert main(["new", str(tmp_path / "cell")]) == 2
     assert "is a file; name a folder that is new or empty" in capsys.readouterr().err

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
 from both_engines import ENGINES
@@ -14,98 +12,67 @@ from structured_text.output.toml_files import load_toml
 _KEYS = ("ServoOn", "Start", "ProgramReset", "StepLine", "JogPlus", "JogMinus", "Teach")
 
 
-def _no_link(plc: OperatorBench) -> None:
-    plc["Connected"] = False
-
-
-def _outputs(**bits: bool) -> Callable[[OperatorBench], None]:
-    return lambda plc: plc.outputs(**bits)
-
-
-def _pin(name: str) -> Callable[[OperatorBench], None]:
-    def clear(plc: OperatorBench) -> None:
-        plc[name] = False
-
-    return clear
-
-
-def _other_mode(plc: OperatorBench) -> None:
-    plc["Panel.Automatic"] = not plc["Panel.Automatic"]
-
-
-_CPU = _outputs(SO01=False)
-_EMERGENCY = _outputs(SO00=True)
-_NOT_SAFE = _pin("EmergencyStopOk")
-_ALARM = _outputs(SO03=True)
-_NOT_AUTO = _outputs(SO10=False)
-_RUNS = _outputs(SO13=True)
-_OFF = _outputs(SO02=False)
-_NO_STOP_OK = _pin("StopOk")
-_NOTHING = _outputs()
-
 #: Key, what is in its way, ErrorID: from the conditions of the blocks behind it.
 _REASONS = [
-    ("ServoOn", _no_link, 0x8001),
-    ("ServoOn", _CPU, 0x8002),
-    ("ServoOn", _NOT_SAFE, 0x8003),
-    ("ServoOn", _NOTHING, 0x8075),
-    ("Start", _no_link, 0x8001),
-    ("Start", _CPU, 0x8002),
-    ("Start", _EMERGENCY, 0x8003),
-    ("Start", _NOT_SAFE, 0x8003),
-    ("Start", _ALARM, 0x8004),
-    ("Start", _other_mode, 0x8070),
-    ("Start", _NOT_AUTO, 0x8006),
-    ("Start", _RUNS, 0x8008),
-    ("Start", _OFF, 0x800C),
-    ("Start", _NO_STOP_OK, 0x8007),
-    ("ProgramReset", _no_link, 0x8001),
-    ("ProgramReset", _CPU, 0x8002),
-    ("ProgramReset", _NOT_AUTO, 0x8006),
-    ("ProgramReset", _RUNS, 0x8008),
+    ("ServoOn", "Connected=0", 0x8001),
+    ("ServoOn", "SO01=0", 0x8002),
+    ("ServoOn", "EmergencyStopOk=0", 0x8003),
+    ("ServoOn", "SO02=1", 0x8075),
+    ("Start", "Connected=0", 0x8001),
+    ("Start", "SO01=0", 0x8002),
+    ("Start", "SO00=1", 0x8003),
+    ("Start", "EmergencyStopOk=0", 0x8003),
+    ("Start", "SO03=1", 0x8004),
+    ("Start", "other mode", 0x8070),
+    ("Start", "SO10=0", 0x8006),
+    ("Start", "SO13=1", 0x8008),
+    ("Start", "SO02=0", 0x800C),
+    ("Start", "StopOk=0", 0x8007),
+    ("ProgramReset", "Connected=0", 0x8001),
+    ("ProgramReset", "SO01=0", 0x8002),
+    ("ProgramReset", "SO10=0", 0x8006),
+    ("ProgramReset", "SO13=1", 0x8008),
     *[
         (key, hindrance, error)
         for key in ("StepLine", "JogPlus", "JogMinus")
         for hindrance, error in (
-            (_no_link, 0x8001),
-            (_CPU, 0x8002),
-            (_EMERGENCY, 0x8003),
-            (_NOT_SAFE, 0x8003),
-            (_ALARM, 0x8004),
-            (_other_mode, 0x8071),
-            (_RUNS, 0x8008),
-            (_OFF, 0x800C),
-            (_NO_STOP_OK, 0x8007),
+            ("Connected=0", 0x8001),
+            ("SO01=0", 0x8002),
+            ("SO00=1", 0x8003),
+            ("EmergencyStopOk=0", 0x8003),
+            ("SO03=1", 0x8004),
+            ("other mode", 0x8071),
+            ("SO13=1", 0x8008),
+            ("SO02=0", 0x800C),
+            ("StopOk=0", 0x8007),
         )
     ],
-    ("StepLine", _NOT_AUTO, 0x8006),
-    ("Teach", _no_link, 0x8001),
-    ("Teach", _CPU, 0x8002),
-    ("Teach", _EMERGENCY, 0x8003),
-    ("Teach", _ALARM, 0x8004),
-    ("Teach", _other_mode, 0x8071),
-    ("Teach", _RUNS, 0x8008),
+    ("StepLine", "SO10=0", 0x8006),
+    ("Teach", "Connected=0", 0x8001),
+    ("Teach", "SO01=0", 0x8002),
+    ("Teach", "SO00=1", 0x8003),
+    ("Teach", "SO03=1", 0x8004),
+    ("Teach", "other mode", 0x8071),
+    ("Teach", "SO13=1", 0x8008),
 ]
 
 
 def test_a_key_that_can_do_nothing_is_shown_so_and_says_why_when_it_is_pressed() -> None:
-    """Each reason: no lamp of possibility, a message with its number, nothing on the wire.
-
-    Source: manual chapter 5, 3.1 to 3.3; guide 4.2.6, 4.6.2.
-    """
+    """Source: manual chapter 5, 3.1 to 3.3; guide 4.2.6, 4.6.2."""
     plc = OperatorBench(contract=False)
     start = plc.program.snapshot(), bytes(plc.so)
     for key, hindrance, error in _REASONS:
         plc.program.restore(start[0])
         plc.so[:] = start[1]
-        plc.set(Automatic=key == "Start")
-        plc.scan(2)
+        plc.set(Automatic=key == "Start", scans=2)
         if (key, error) != ("ServoOn", 0x8075):
             if key == "ServoOn":
-                plc.outputs(SO02=False)
-                plc.scan(2)
+                plc.outputs(SO02=False, scans=2)
             assert plc.can(key) == [True], (key, hex(error))
-        hindrance(plc)
+        if hindrance == "other mode":
+            plc.set(Automatic=not plc["Panel.Automatic"])
+        else:
+            plc.let(hindrance)
         plc.scan(2)
         assert plc.can(key) == [False], (key, hex(error))
         before = [one for one in plc.inputs if one not in ("SI00", "SI06")]
@@ -123,19 +90,16 @@ def test_a_key_that_can_do_nothing_is_shown_so_and_says_why_when_it_is_pressed()
 def test_servo_on_resets_the_alarm_and_switches_the_servos_on(engine: str) -> None:
     """Source: manual chapter 5, 3.1."""
     plc = OperatorBench(engine)
-    plc.outputs(SO02=False, SO03=True)
-    plc.scan(20)
+    plc.outputs(SO02=False, SO03=True, scans=20)
     assert plc["Panel.Following"] == "PANEL_NEXT_RESET"
-    plc.outputs(SO03=False)
-    plc.scan(2)
+    plc.outputs(SO03=False, scans=2)
     assert plc["Panel.Following"] == "PANEL_NEXT_SERVO_ON"
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x800C, False), "a hint"
     plc.press("ServoOn")
     assert (plc["Panel.Following"], plc["Operator.Busy"]) == ("PANEL_NEXT_NONE", True)
     assert plc.can(*_KEYS) == [False] * len(_KEYS)
     plc.scan_until(lambda: "SI01" in plc.inputs)
-    plc.outputs(SO02=True)
-    plc.scan(2)
+    plc.outputs(SO02=True, scans=2)
     assert (plc["Operator.Busy"], plc.message) == (False, 0)
     assert "ServoOn" in plc.lamps()
 
@@ -144,19 +108,16 @@ def test_servo_on_leads_out_of_an_emergency_stop() -> None:
     """Source: manual chapter 5, 3.1, servo ON from emergency stop."""
     plc = OperatorBench()
     plc["EmergencyStopOk"] = False
-    plc.outputs(SO00=True, SO02=False, SO03=True)
-    plc.scan(20)
+    plc.outputs(SO00=True, SO02=False, SO03=True, scans=20)
     assert (plc["Panel.Following"], plc.message) == ("PANEL_NEXT_NONE", 0x8003)
-    plc["EmergencyStopOk"] = True
-    plc.scan(2)
+    plc.change("EmergencyStopOk", to=True, scans=2)
     assert (plc["Panel.Following"], plc.message) == ("PANEL_NEXT_SERVO_ON", 0x8003)
     plc.press("ServoOn")
     plc.outputs(SO00=False)
     plc.scan_until(lambda: "SI16" in plc.inputs)
     plc.outputs(SO03=False)
     plc.scan_until(lambda: "SI01" in plc.inputs)
-    plc.outputs(SO02=True)
-    plc.scan(2)
+    plc.outputs(SO02=True, scans=2)
     assert (plc["Operator.Busy"], plc["Operator.Error"]) == (False, False)
 
 
@@ -165,42 +126,34 @@ def test_a_program_starts_is_stopped_and_goes_on(engine: str) -> None:
     """Source: manual chapter 5, 3.3."""
     plc = OperatorBench(engine)
     assert plc["Panel.Mode"] == "PANEL_MANUAL"
-    plc.set(Automatic=True)
-    plc.scan(2)
+    plc.set(Automatic=True, scans=2)
     assert (plc["Panel.Mode"], plc["Operator.Automatic"]) == ("PANEL_AUTOMATIC", True)
     assert plc["Panel.Following"] == "PANEL_NEXT_START"
     plc.press("Start")
     assert plc["Panel.Following"] == "PANEL_NEXT_NONE"
     plc.scan_until(lambda: "SI12" in plc.inputs)
-    plc.outputs(SO13=True)
-    plc.scan(20)
+    plc.outputs(SO13=True, scans=20)
     assert "Running" in plc.lamps()
     assert plc.message == 0
     assert plc.can("Start", "Stop") == [False, True]
 
-    plc.key("Stop")
-    plc.scan()
+    plc.key("Stop", scans=1)
     assert "SI06" not in plc.inputs, "in the same scan"
-    plc.outputs(SO13=False)
-    plc.scan(15)
+    plc.outputs(SO13=False, scans=15)
     assert "Stopped" in plc.lamps()
     assert plc.can("Start", "Stop", "Reset") == [False] * 3
-    plc.press("Start")
-    plc.scan(3)
+    plc.press("Start", then=3)
     assert plc.message == 0x8007, "Stop is still held"
-    plc.key("Stop", False)
-    plc.scan()
+    plc.key("Stop", False, scans=1)
     assert plc.can("Start", "Stop", "Reset") == [True, False, True]
     plc.press("Reset")
-    plc.press("Stop")
-    plc.scan(15)
+    plc.press("Stop", then=15)
     assert plc["Panel.Following"] == "PANEL_NEXT_START"
     plc.press("Start")
     assert plc.message == 0
     plc.scan_until(lambda: "SI12" in plc.inputs)
     assert "SI06" in plc.inputs
-    plc.outputs(SO13=True)
-    plc.scan(2)
+    plc.outputs(SO13=True, scans=2)
     assert "Stopped" not in plc.lamps()
 
 
@@ -212,8 +165,7 @@ def test_stop_acts_in_manual_mode_too_and_reset_releases_it_without_a_start() ->
     plc.scan(30)
     assert (plc.message, plc.can("JogPlus")) == (0x8007, [False])
     assert plc["Panel.Following"] == "PANEL_NEXT_RESET"
-    plc.press("Reset")
-    plc.scan(30)
+    plc.press("Reset", then=30)
     assert plc.inputs == ["SI00", "SI06"]
     assert (plc.message, plc.can("JogPlus", "Reset")) == (0, [True, False])
 
@@ -221,51 +173,34 @@ def test_stop_acts_in_manual_mode_too_and_reset_releases_it_without_a_start() ->
 def test_reset_releases_no_stop_that_another_block_holds() -> None:
     """Source: FB_ProgramStop: it holds SI(06) until FB_ProgramContinue."""
     plc = OperatorBench()
-    plc["Robot.Inner.HoldStop"] = True
-    plc.scan(30)
+    plc.change("Robot.Inner.HoldStop", to=True, scans=30)
     assert plc.can("Reset", "Stop") == [False, False]
     assert plc["Panel.Following"] == "PANEL_NEXT_NONE"
-    plc.press("Reset")
-    plc.scan(30)
-    assert "SI06" not in plc.inputs
-
-
-def test_reset_does_not_release_a_stop_whose_key_is_held() -> None:
-    """Source: FB_ProgramStop: while Execute is TRUE the hold stays."""
-    plc = OperatorBench()
-    plc.key("Stop")
-    plc.scan(30)
-    plc.press("Reset")
-    plc.scan(30)
+    plc.press("Reset", then=30)
     assert "SI06" not in plc.inputs
 
 
 def test_reset_resets_the_alarm_of_the_controller() -> None:
     """Source: manual chapter 5, 3.1: SI(16), then SO(03) OFF."""
     plc = OperatorBench()
-    plc.outputs(SO03=True, SO02=False)
-    plc.scan(20)
+    plc.outputs(SO03=True, SO02=False, scans=20)
     assert (plc.message, plc.can("Reset")) == (0x8004, [True])
     plc.press("Reset")
     plc.scan_until(lambda: "SI16" in plc.inputs)
     assert plc["Operator.Busy"]
-    plc.outputs(SO03=False)
-    plc.scan(2)
+    plc.outputs(SO03=False, scans=2)
     assert (plc.message, plc["Operator.Busy"]) == (0x800C, False)
 
 
 def test_reset_in_an_emergency_stop_says_that_it_has_to_be_released_first() -> None:
     """Source: manual chapter 5, 3.1: the chart releases it before the alarm reset."""
     plc = OperatorBench()
-    plc.outputs(SO00=True, SO03=True, SO02=False)
-    plc.scan(20)
+    plc.outputs(SO00=True, SO03=True, SO02=False, scans=20)
     assert plc["Panel.Following"] == "PANEL_NEXT_NONE"
-    plc.press("Reset")
-    plc.scan(3)
+    plc.press("Reset", then=3)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8003, True)
     plc["EmergencyStopOk"] = False
-    plc.outputs(SO00=False)
-    plc.scan(2)
+    plc.outputs(SO00=False, scans=2)
     assert plc["Panel.Following"] == "PANEL_NEXT_NONE", "the cell is not safe"
 
 
@@ -275,18 +210,15 @@ def test_the_program_is_reset() -> None:
     plc.press("ProgramReset")
     assert plc["Operator.Busy"]
     plc.scan_until(lambda: "SI15" in plc.inputs)
-    plc.outputs(SO14=True)
-    plc.scan(2)
+    plc.outputs(SO14=True, scans=2)
     assert not plc["Operator.Busy"]
 
 
 @pytest.mark.parametrize(("number", "sent"), [(0, 1), (7, 7)])
 def test_a_line_of_the_program_is_stepped(number: int, sent: int) -> None:
     """Source: guide 4.6.2: code 16#0403, program number 16#0001 and n."""
-    plc = OperatorBench()
-    plc.set(ProgramNumber=number)
-    plc.press("StepLine")
-    plc.scan(8)
+    plc = OperatorBench(ProgramNumber=number)
+    plc.press("StepLine", then=8)
     assert [words[:3] for words in plc.sent[:1]] == [[0x0403, 0x0001, sent]]
     assert plc.codes[1:] == [0x0506], "where the robot is now"
     assert plc.message == 0
@@ -294,8 +226,7 @@ def test_a_line_of_the_program_is_stepped(number: int, sent: int) -> None:
 
 def test_where_the_robot_is_becomes_the_point_of_the_panel() -> None:
     """Source: guide 4.2.9: code 16#n028, point, unit 1 = mm."""
-    plc = OperatorBench()
-    plc.set(RobotNumber=2, Point=4000, Units="UNIT_MM")
+    plc = OperatorBench(RobotNumber=2, Point=4000, Units="UNIT_MM")
     plc.press("Teach")
     assert "Taught" not in plc.lamps()
     plc.scan(8)
@@ -310,8 +241,7 @@ def test_where_the_robot_is_becomes_the_point_of_the_panel() -> None:
 def test_a_point_can_be_taught_with_the_servos_off() -> None:
     """Source: guide 4.2.9: its section asks for no servo."""
     plc = OperatorBench()
-    plc.outputs(SO02=False)
-    plc.scan(2)
+    plc.outputs(SO02=False, scans=2)
     assert plc.can("Teach") == [True]
 
 
@@ -319,8 +249,7 @@ def test_while_a_key_is_at_work_the_others_are_refused_but_stop() -> None:
     """Source: FB_Operator: one thing after the other."""
     plc = OperatorBench()
     plc.hold = 0x0028
-    plc.press("Teach")
-    plc.scan(5)
+    plc.press("Teach", then=5)
     for key in ("ProgramReset", "StepLine", "JogPlus", "JogMinus", "Teach"):
         assert plc.can(key) == [False]
         plc.press(key)
@@ -336,8 +265,7 @@ def test_a_key_that_is_at_work_is_refused_once_more(key: str) -> None:
     """Source: docs/reference/errors.md, 16#8072."""
     plc = OperatorBench()
     plc.outputs(SO02=key != "ServoOn")
-    plc.set(Automatic=key == "Start")
-    plc.scan(20)
+    plc.set(Automatic=key == "Start", scans=20)
     plc.press(key)
     assert (plc.can(key), plc.message) == ([False], 0)
     plc.press(key)
@@ -349,8 +277,7 @@ def test_a_command_that_ends_with_an_alarm_is_told_with_its_words() -> None:
     plc = OperatorBench()
     plc.refuse, plc.alarm = 0x0028, (12, 600)
     alarms = {(one["group"], one["category"]): one for one in _alarms()}
-    plc.press("Teach")
-    plc.scan(8)
+    plc.press("Teach", then=8)
     assert plc.message == 0x8020
     assert (plc["Panel.AlarmGroup"], plc["Panel.AlarmCategory"]) == (12, 600)
     assert plc["Panel.Message.Name"] == alarms[12, 600]["name"]
@@ -360,8 +287,7 @@ def test_a_command_that_ends_with_an_alarm_is_told_with_its_words() -> None:
     assert plc["Panel.Message.Name"] == ""
     plc.scan(8)
     plc.refuse, plc.alarm = 0x0403, (99, 999)
-    plc.press("StepLine")
-    plc.scan(8)
+    plc.press("StepLine", then=8)
     assert (plc["Panel.AlarmGroup"], plc["Panel.AlarmCategory"]) == (99, 999)
     assert plc["Panel.Message.Name"] == "Abnormal end", "this alarm has no words of its own"
 
@@ -381,20 +307,17 @@ def test_messages_say_what_to_do_next_in_two_languages(engine: str) -> None:
     plc.press("Start")
     assert plc["Panel.Message.Name"] == row["name"] == "Panel in manual mode"
     assert plc["Panel.Message.Remedy1"] == row["remedy"]
-    plc.set(Language="LANGUAGE_JAPANESE")
-    plc.scan()
+    plc.set(Language="LANGUAGE_JAPANESE", scans=1)
     shown = str(plc["Panel.Message.Name"])
     assert shown.encode("latin-1").decode("utf-8") == row["name_ja"]
-    plc.set(Language="LANGUAGE_ENGLISH")
-    plc.scan()
+    plc.set(Language="LANGUAGE_ENGLISH", scans=1)
     assert plc["Panel.Message.Name"] == row["name"]
 
 
 def test_a_fault_stays_until_reset_or_until_the_next_key_is_taken() -> None:
     """Source: FB_Operator.Error."""
     plc = OperatorBench()
-    plc.press("Start")
-    plc.scan(50)
+    plc.press("Start", then=50)
     assert (plc.message, plc.can("Reset")) == (0x8070, [True])
     plc.press("Reset")
     assert (plc.message, plc.can("Reset")) == (0, [False])
@@ -404,10 +327,7 @@ def test_a_fault_stays_until_reset_or_until_the_next_key_is_taken() -> None:
 
 
 def test_what_the_keys_started_ends_in_a_message_where_it_fails() -> None:
-    """Each block's failure is shown: the link goes while it works.
-
-    Source: design of the library, link loss.
-    """
+    """Source: design of the library, link loss."""
     for key, servo, automatic in (
         ("ServoOn", False, False),
         ("Start", True, True),
@@ -421,22 +341,17 @@ def test_what_the_keys_started_ends_in_a_message_where_it_fails() -> None:
         plc = OperatorBench()
         plc.hold = {"StepLine": 0x0403, "Teach": 0x0028, "JogPlus": 0x0038}.get(key, 0)
         plc.outputs(SO02=servo, SO03=key == "Reset", SO13=key == "Stop")
-        plc.set(Automatic=automatic)
-        plc.scan(3)
-        plc.key(key)
-        plc.scan(3)
-        plc.key(key, False)
-        plc.scan(4)
+        plc.set(Automatic=automatic, scans=3)
+        plc.key(key, scans=3)
+        plc.key(key, False, scans=4)
         if key != "JogPlus":
             assert plc["Operator.Busy"], key
-        plc["Connected"] = False
-        plc.scan(3)
+        plc.change("Connected", to=False, scans=3)
         assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8001, True), key
         assert not plc["Operator.Busy"]
         if key != "Stop":
             assert plc.lamps() == ["Fault"]
-        plc["Connected"] = True
-        plc.scan(60)
+        plc.change("Connected", to=True, scans=60)
         assert not plc["Operator.Busy"]
         assert [one for one in plc.inputs if one not in ("SI00", "SI06")] == []
 
@@ -453,66 +368,50 @@ def test_the_lamps_are_those_of_the_dedicated_outputs() -> None:
         "SO15": "Warning",
     }
     plc = OperatorBench()
-    plc.outputs(**dict.fromkeys(names, False))
-    plc.scan()
+    plc.outputs(scans=1, **dict.fromkeys(names, False))
     assert plc.lamps() == ["Connected"]
     for output, lamp in names.items():
-        plc.outputs(**{output: True})
-        plc.scan()
+        plc.outputs(scans=1, **{output: True})
         assert sorted(plc.lamps()) == sorted(["Connected", lamp])
         plc.outputs(**{output: False})
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Connected", to=False)
     assert plc.lamps() == []
 
 
 def test_the_mode_follows_its_selector_only_while_nothing_is_at_work() -> None:
     """Source: FB_Operator; manual chapter 5, 3.2: AUTO is selected at the controller."""
-    plc = OperatorBench()
-    plc.set(Automatic=True)
-    plc.outputs(SO10=False)
-    plc.scan(2)
+    plc = OperatorBench(Automatic=True)
+    plc.outputs(SO10=False, scans=2)
     assert (plc["Panel.Mode"], plc["Operator.Automatic"]) == ("PANEL_AUTO_MISSING", False)
     assert plc.message == 0x8006
-    plc.outputs(SO10=True, SO13=True)
-    plc.scan(2)
-    plc.set(Automatic=False)
-    plc.scan(2)
+    plc.outputs(SO10=True, SO13=True, scans=2)
+    plc.set(Automatic=False, scans=2)
     assert plc["Panel.Mode"] == "PANEL_AUTOMATIC", "a program runs"
-    plc.outputs(SO13=False)
-    plc.scan(2)
+    plc.outputs(SO13=False, scans=2)
     assert plc["Panel.Mode"] == "PANEL_MANUAL"
     plc.hold = 0x0028
     plc.press("Teach")
-    plc.set(Automatic=True)
-    plc.scan(5)
+    plc.set(Automatic=True, scans=5)
     assert plc["Panel.Mode"] == "PANEL_MANUAL", "a key is at work"
 
 
 @pytest.mark.parametrize("key", [*_KEYS, "Reset", "Stop"])
 def test_a_key_that_hangs_as_the_link_comes_starts_nothing_and_is_told(key: str) -> None:
-    """At the PLC's start and after a loss of the link.
-
-    Source: FB_Operator: nothing starts by itself.
-    """
+    """Source: FB_Operator: nothing starts by itself."""
     plc = OperatorBench(up=False)
     plc["Connected"] = False
     plc.key(key)
     plc.outputs(SO01=True, SO02=key != "ServoOn", SO04=True, SO10=True, SO03=key == "Reset")
-    plc.set(Automatic=key == "Start")
-    plc.scan(3)
+    plc.set(Automatic=key == "Start", scans=3)
     assert plc.message == 0x8001
     assert plc["Panel.Lamp.Fault"] is (key == "Stop"), "it acts, and is not answered"
-    plc["Connected"] = True
-    plc.scan()
+    plc.change("Connected", to=True)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8074, True)
     plc.scan(60)
     assert not plc["Operator.Busy"]
     assert plc.inputs == (["SI00"] if key == "Stop" else ["SI00", "SI06"])
-    plc["Connected"] = False
-    plc.scan(5)
-    plc["Connected"] = True
-    plc.scan()
+    plc.change("Connected", to=False, scans=5)
+    plc.change("Connected", to=True)
     assert plc.message == 0x8074, "once more"
     plc.scan(60)
     assert plc.inputs == (["SI00"] if key == "Stop" else ["SI00", "SI06"])
@@ -523,12 +422,10 @@ def test_a_key_that_is_true_in_the_first_scan_has_not_been_pressed() -> None:
     """Source: FB_RcxPanelKeys."""
     plc = OperatorBench(up=False)
     plc.outputs(SO01=True, SO04=True, SO10=True)
-    plc.key("ServoOn")
-    plc.scan(60)
+    plc.key("ServoOn", scans=60)
     assert plc.inputs == ["SI00", "SI06"]
     assert plc.message == 0x8074
-    plc.key("ServoOn", False)
-    plc.scan()
+    plc.key("ServoOn", False, scans=1)
     plc.press("ServoOn")
     assert plc["Operator.Busy"]
 
@@ -550,8 +447,7 @@ def test_a_key_that_could_act_does_not_together_with_another_one(key: str) -> No
     """Source: FB_RcxPanelKeys: which of them was meant?"""
     plc = OperatorBench()
     plc.outputs(SO02=key != "ServoOn", SO03=key == "Reset")
-    plc.set(Automatic=key == "Start")
-    plc.scan(20)
+    plc.set(Automatic=key == "Start", scans=20)
     assert plc.can(key) == [True]
     plc.key(key)
     plc.key("StepLine" if key == "Teach" else "Teach")

@@ -10,22 +10,15 @@ _LINE, _SPEED, _STEP, _MOVE, _READ = 0x0403, 0x0038, 0x0024, 0x0001, 0x0102
 _KEYS = {"StepLine": _LINE, "JogPlus": _STEP}
 
 
-def _stepwise() -> OperatorBench:
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
-    return plc
-
-
 def _stopped_without_the_hmi(plc: OperatorBench) -> bool:
-    plc["Operator.HmiOk"] = False
-    plc.scan(2)
+    plc.change("Operator.HmiOk", to=False, scans=2)
     return "SI06" not in plc.inputs
 
 
 @pytest.mark.parametrize("key", _KEYS)
 def test_without_the_hmi_the_same_command_of_another_block_goes_on(key: str) -> None:
     """Also after one of the panel's own. Source: head of FB_Operator, HmiOk."""
-    plc = _stepwise()
+    plc = OperatorBench(Stepwise=True)
     plc.press(key, scans=20)
     assert _KEYS[key] in plc.codes
     plc.hold = _KEYS[key]
@@ -44,17 +37,15 @@ def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
 
     Source: docs/explanation/scan-model.md, a block that is skipped; head of FB_Operator, HmiOk
     """
-    plc = _stepwise()
+    plc = OperatorBench(Stepwise=True)
     plc.hold = _KEYS[key]
     plc.press(key, scans=20)
     plc["Other.Code"], plc["Other.Execute"] = then, then > 0
-    plc["Call"] = False
-    plc.scan(3)
+    plc.change("Call", to=False, scans=3)
     plc.hold = then
     plc.scan(20)
     assert plc.words[0] == then
-    plc["Call"] = True
-    plc.scan(2)
+    plc.change("Call", to=True, scans=2)
     assert not _stopped_without_the_hmi(plc)
 
 
@@ -65,9 +56,8 @@ def test_of_a_step_that_comes_too_late_only_that_is_told() -> None:
     """
     told = set()
     for scans in range(95, 99):
-        plc = _stepwise()
-        plc.key("JogPlus")
-        plc.scan(3)
+        plc = OperatorBench(Stepwise=True)
+        plc.key("JogPlus", scans=3)
         plc.hold = plc["Other.Code"] = _READ
         plc["Third.Code"], plc["Other.Execute"] = _SPEED, True
         plc.scan(20)

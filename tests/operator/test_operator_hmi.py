@@ -13,33 +13,25 @@ _KEYS = ("ServoOn", "Start", "ProgramReset", "StepLine", "JogPlus", "JogMinus", 
 @pytest.mark.parametrize("key", [*_KEYS, "Reset"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_without_the_hmi_no_key_counts_and_none_is_possible_but_stop(engine: str, key: str) -> None:
-    """A key that comes TRUE with the HMI's connection is no press either.
-
-    Source: FB_Operator, HmiOk.
-    """
+    """Source: FB_Operator, HmiOk."""
     plc = OperatorBench(engine, up=False)
     plc.outputs(SO01=True, SO02=key != "ServoOn", SO04=True, SO10=True, SO03=key == "Reset")
-    plc.set(Automatic=key == "Start")
-    plc.scan(60)
+    plc.set(Automatic=key == "Start", scans=60)
     assert plc.can(key) == [True]
-    plc["Operator.HmiOk"] = False
-    plc.scan()
+    plc.change("Operator.HmiOk", to=False)
     assert plc.can(*_KEYS, "Reset") == [False] * (len(_KEYS) + 1)
     assert plc.can("Stop") == [True]
     assert plc["Panel.Following"] == "PANEL_NEXT_NONE"
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8001, False)
     plc.press(key)
     plc.key(key)
-    plc["Operator.HmiOk"] = True
-    plc.scan()
+    plc.change("Operator.HmiOk", to=True)
     assert plc.message == 0x8074
     plc.scan(60)
     assert plc.inputs == ["SI00", "SI06"]
     assert plc.sent == []
-    plc.key(key, False)
-    plc.scan()
-    plc.key(key)
-    plc.scan()
+    plc.key(key, False, scans=1)
+    plc.key(key, scans=1)
     assert plc["Operator.Busy"], "a new press counts"
 
 
@@ -48,6 +40,5 @@ def test_stop_acts_without_the_hmi_too(engine: str) -> None:
     """Source: FB_Operator: Stop always acts."""
     plc = OperatorBench(engine)
     plc["Operator.HmiOk"] = False
-    plc.key("Stop")
-    plc.scan(2)
+    plc.key("Stop", scans=2)
     assert plc.inputs == ["SI00"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from both_engines import ENGINES
@@ -25,14 +27,12 @@ def test_an_axis_moves_while_the_key_is_held(engine: str) -> None:
     Source: guide 4.2.14 (16#0038, speed in the third word), 4.2.6 (16#0020, axis bits, bit 7 = -).
     """
     plc = OperatorBench(engine)
-    plc.key("JogPlus")
-    plc.scan(10)
+    plc.key("JogPlus", scans=10)
     assert [words[:3] for words in plc.sent] == [[_SPEED, 0, 10], [0x0020, 0, 0x0001]]
     assert "Moving" in plc.lamps()
     plc.scan(50)
     assert "SI06" in plc.inputs
-    plc.key("JogPlus", False)
-    plc.scan()
+    plc.key("JogPlus", False, scans=1)
     assert "SI06" not in plc.inputs
     assert "Moving" not in plc.lamps()
     assert plc["Operator.Busy"]
@@ -52,13 +52,11 @@ def test_an_axis_moves_while_the_key_is_held(engine: str) -> None:
     ],
 )
 def test_axis_frame_robot_and_speed_are_selected(
-    selections: dict[str, object], code: int, data: int
+    selections: dict[str, Any], code: int, data: int
 ) -> None:
     """Source: guide 4.2.6: 16#0020 pulses, 16#0021 Cartesian, 16#0022 tool; robot in bits 12 up."""
-    plc = OperatorBench()
-    plc.set(**selections)
-    plc.key("JogMinus")
-    plc.scan(10)
+    plc = OperatorBench(**selections)
+    plc.key("JogMinus", scans=10)
     speed, jog = plc.sent
     assert speed[:3] == [_SPEED | code & 0xF000, 0, selections["Percent"]]
     assert (jog[0], jog[2]) == (code, data)
@@ -70,20 +68,16 @@ def test_stepwise_one_press_is_one_step_however_long_it_is_held(
     engine: str, amount: int, sent: int
 ) -> None:
     """Source: guide 4.2.8 (16#0027, amount in the third word), 4.2.7 (16#0024)."""
-    plc = OperatorBench(engine)
-    plc.set(Stepwise=True, Axis=2, Amount=amount)
-    plc.key("JogMinus")
-    plc.scan(60)
+    plc = OperatorBench(engine, Stepwise=True, Axis=2, Amount=amount)
+    plc.key("JogMinus", scans=60)
     assert [words[:3] for words in plc.sent[:3]] == [
         [_SPEED, 0, 10],
         [_AMOUNT, 0, sent],
         [_STEP, 0, 0x0082],
     ]
     assert plc.codes[3:] == [_POSITION]
-    plc.key("JogMinus", False)
-    plc.scan()
-    plc.press("JogMinus")
-    plc.scan(60)
+    plc.key("JogMinus", False, scans=1)
+    plc.press("JogMinus", then=60)
     assert plc.codes[4:] == [_SPEED, _AMOUNT, _STEP, _POSITION], "a short press, too"
     plc.scan(150)
     assert not plc["Operator.Error"], "nothing is late once the step is done"
@@ -91,24 +85,17 @@ def test_stepwise_one_press_is_one_step_however_long_it_is_held(
 
 def test_the_selections_count_as_they_stood_at_the_press() -> None:
     """Source: FB_RcxPanelJog."""
-    plc = OperatorBench()
-    plc.set(Axis=2)
-    plc.key("JogPlus")
-    plc.scan()
-    plc.set(Axis=3, Percent=90, Stepwise=True, Frame="JOG_TOOL", RobotNumber=2)
-    plc.scan(10)
+    plc = OperatorBench(Axis=2)
+    plc.key("JogPlus", scans=1)
+    plc.set(Axis=3, Percent=90, Stepwise=True, Frame="JOG_TOOL", RobotNumber=2, scans=10)
     assert [words[:3] for words in plc.sent] == [[_SPEED, 0, 10], [0x0020, 0, 0x0002]]
 
 
 @pytest.mark.parametrize("scans", range(1, 9))
 def test_a_key_that_is_released_before_the_axis_moves_moves_nothing_any_more(scans: int) -> None:
-    """Wherever the release falls, the jog does not go out, or it is stopped at once.
-
-    Source: FB_Jog; hold to run.
-    """
+    """Source: FB_Jog; hold to run."""
     plc = OperatorBench()
-    plc.press("JogPlus", scans=scans)
-    plc.scan()
+    plc.press("JogPlus", scans=scans, then=1)
     assert 0x0020 not in plc.codes or "SI06" not in plc.inputs
     plc.scan(60)
     assert not plc["Operator.Busy"]
@@ -120,19 +107,15 @@ def test_the_other_key_stops_the_axis_and_moves_nothing() -> None:
     """Source: FB_RcxPanelKeys: both jog keys are none."""
     plc = OperatorBench()
     _jogging(plc)
-    plc.key("JogMinus")
-    plc.scan()
+    plc.key("JogMinus", scans=1)
     assert "SI06" not in plc.inputs
     assert plc.message == 0x8073
-    plc.key("JogPlus", False)
-    plc.scan(80)
+    plc.key("JogPlus", False, scans=80)
     assert plc.codes == [_SPEED, 0x0020, _POSITION], "the key that is left was pressed too early"
-    plc.key("JogPlus")
-    plc.scan(2)
+    plc.key("JogPlus", scans=2)
     assert plc.message == 0x8073
     plc.scan(40)
-    plc.key("JogMinus", False)
-    plc.scan(80)
+    plc.key("JogMinus", False, scans=80)
     assert plc.codes == [_SPEED, 0x0020, _POSITION]
 
 
@@ -141,8 +124,7 @@ def test_one_key_after_the_other_within_a_scan_turns_the_axis_round_after_its_st
     plc = OperatorBench()
     _jogging(plc)
     plc.key("JogPlus", False)
-    plc.key("JogMinus")
-    plc.scan()
+    plc.key("JogMinus", scans=1)
     assert "SI06" not in plc.inputs
     assert "Moving" not in plc.lamps()
     plc.scan(60)
@@ -155,51 +137,40 @@ def test_a_key_pressed_while_the_axis_comes_to_rest_moves_it_afterwards_if_still
     """Source: FB_RcxPanelJog."""
     plc = OperatorBench()
     _jogging(plc)
-    plc.key("JogPlus", False)
-    plc.scan(3)
-    plc.key("JogMinus")
-    plc.scan(60)
+    plc.key("JogPlus", False, scans=3)
+    plc.key("JogMinus", scans=60)
     assert [words[2] for words in plc.sent if words[0] == 0x0020] == [0x0001, 0x0081]
-    plc.key("JogMinus", False)
-    plc.scan(3)
-    plc.press("JogPlus", scans=3)
-    plc.scan(60)
+    plc.key("JogMinus", False, scans=3)
+    plc.press("JogPlus", scans=3, then=60)
     assert plc.codes.count(0x0020) == 2
     assert not plc["Operator.Busy"]
 
 
-@pytest.mark.parametrize("hindrance", ["emergency", "safe", "alarm", "stop", "program", "link"])
-def test_what_stops_a_jog_needs_a_new_press_afterwards(hindrance: str) -> None:
+@pytest.mark.parametrize(
+    ("cause", "back"),
+    [
+        ("SO00=1", "SO00=0"),
+        ("EmergencyStopOk=0", "EmergencyStopOk=1"),
+        ("SO03=1", "SO03=0"),
+        ("StopOk=0", "StopOk=1"),
+        ("SO13=1", "SO13=0"),
+        ("Connected=0", "Connected=1"),
+    ],
+)
+def test_what_stops_a_jog_needs_a_new_press_afterwards(cause: str, back: str) -> None:
     """Source: nothing restarts by itself."""
     plc = OperatorBench()
     _jogging(plc)
-
-    def happen(on: bool) -> None:
-        if hindrance == "emergency":
-            plc.outputs(SO00=on)
-        elif hindrance == "safe":
-            plc["EmergencyStopOk"] = not on
-        elif hindrance == "alarm":
-            plc.outputs(SO03=on)
-        elif hindrance == "stop":
-            plc["StopOk"] = not on
-        elif hindrance == "program":
-            plc.outputs(SO13=on)
-        else:
-            plc["Connected"] = not on
-
-    happen(True)
+    plc.let(cause)
     plc.scan(40)
     assert "Moving" not in plc.lamps()
-    assert plc.message or hindrance == "program", "a running program is shown by its lamp"
-    happen(False)
+    assert plc.message or cause == "SO13=1", "a running program is shown by its lamp"
+    plc.let(back)
     plc.scan(80)
     assert plc.codes.count(0x0020) == 1
-    plc.press("Reset")
-    plc.scan(5)
+    plc.press("Reset", then=5)
     assert plc.message == 0
-    plc.key("JogPlus", False)
-    plc.scan(2)
+    plc.key("JogPlus", False, scans=2)
     _jogging(plc)
     assert plc.codes.count(0x0020) == 2
 
@@ -208,12 +179,10 @@ def test_the_mode_selector_waits_for_the_end_of_a_jog() -> None:
     """Source: RCX_PANEL.Automatic: it counts while nothing is at work."""
     plc = OperatorBench()
     _jogging(plc)
-    plc.set(Automatic=True)
-    plc.scan(10)
+    plc.set(Automatic=True, scans=10)
     assert "Moving" in plc.lamps()
     assert plc["Panel.Mode"] == "PANEL_MANUAL"
-    plc.key("JogPlus", False)
-    plc.scan(60)
+    plc.key("JogPlus", False, scans=60)
     assert plc["Panel.Mode"] == "PANEL_AUTOMATIC"
 
 
@@ -221,15 +190,13 @@ def test_stop_stops_a_jog() -> None:
     """Source: manual chapter 5, 2, SI(06)."""
     plc = OperatorBench()
     _jogging(plc)
-    plc.key("Stop")
-    plc.scan()
+    plc.key("Stop", scans=1)
     assert "SI06" not in plc.inputs
     plc.scan(10)
-    plc.key("Stop", False)
-    plc.scan(40)
+    plc.key("Stop", False, scans=40)
     assert "Moving" not in plc.lamps()
-    plc.press("Reset")
-    plc.scan(60)
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8007, False), "12.400 is its normal end"
+    plc.press("Reset", then=60)
     assert plc.codes.count(0x0020) == 1, "the key is still held"
 
 
@@ -238,8 +205,7 @@ def test_stop_stops_a_jog() -> None:
 )
 def test_a_command_that_fails_ends_the_press_with_its_alarm(code: int, stepwise: bool) -> None:
     """Source: guide chapter 2, abnormal end."""
-    plc = OperatorBench()
-    plc.set(Stepwise=stepwise)
+    plc = OperatorBench(Stepwise=stepwise)
     plc.refuse = code
     plc.key("JogPlus")
     plc.scan_until(lambda: bool(plc["Operator.Error"]))
@@ -263,12 +229,10 @@ def test_a_command_that_fails_ends_the_press_with_its_alarm(code: int, stepwise:
         ({"RobotNumber": 5}, 0x8040),
     ],
 )
-def test_a_selection_that_is_not_legal_is_told(selection: dict[str, int], error: int) -> None:
+def test_a_selection_that_is_not_legal_is_told(selection: dict[str, Any], error: int) -> None:
     """Source: guide 4.2.6, 4.2.14."""
-    plc = OperatorBench()
-    plc.set(**selection)
-    plc.key("JogPlus")
-    plc.scan(20)
+    plc = OperatorBench(**selection)
+    plc.key("JogPlus", scans=20)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (error, True)
     assert not {0x0020, 0x0038} & {*plc.codes}, "nothing is set in the controller either"
 
@@ -278,33 +242,25 @@ def test_a_selection_that_is_not_legal_is_told(selection: dict[str, int], error:
     [({"Amount": -1}, 0x8045), ({"Amount": 10_001}, 0x8045), ({"Axis": 7}, 0x8041)],
 )
 def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
-    selection: dict[str, int], error: int
+    selection: dict[str, Any], error: int
 ) -> None:
     """Without Stepwise the amount does not count. Source: guide 4.2.8 and 4.2.14."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True, **selection)
-    plc.key("JogMinus")
-    plc.scan(20)
+    plc = OperatorBench(Stepwise=True, **selection)
+    plc.key("JogMinus", scans=20)
     assert plc.message == error
     assert not {0x0024, 0x0027, 0x0038} & {*plc.codes}
-    plc.key("JogMinus", False)
-    plc.scan(5)
+    plc.key("JogMinus", False, scans=5)
     before = len(plc.codes)
     plc.set(Stepwise="Amount" not in selection, Axis=6)
-    plc.key("JogMinus")
-    plc.scan(20)
+    plc.key("JogMinus", scans=20)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0, False)
     assert {0x0020, 0x0024} & {*plc.codes[before:]}
 
 
 @pytest.mark.parametrize("scans", [96, 106])
 def test_a_step_begins_within_a_second_or_not_at_all(scans: int) -> None:
-    """The channel is taken for 0.96 s and 1.06 s: a step is not to surprise.
-
-    Source: FB_RcxPanelJog.
-    """
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    """Source: FB_RcxPanelJog."""
+    plc = OperatorBench(Stepwise=True)
     plc.hold = _AMOUNT
     plc.press("JogPlus")
     plc.scan(scans - 2)
@@ -320,11 +276,9 @@ def test_a_step_begins_within_a_second_or_not_at_all(scans: int) -> None:
 
 def test_a_step_that_takes_long_is_not_too_late() -> None:
     """Source: FB_RcxPanelJog: the second ends as the step begins."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.hold = _STEP
-    plc.press("JogPlus")
-    plc.scan(300)
+    plc.press("JogPlus", then=300)
     assert "Moving" in plc.lamps()
     assert plc.message == 0
     plc.hold = 0
@@ -334,17 +288,13 @@ def test_a_step_that_takes_long_is_not_too_late() -> None:
 
 
 def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis() -> None:
-    """Two presses at once are none, and the key that moved the axis is released.
-
-    Source: FB_RcxPanelJog: hold to run.
-    """
+    """Source: FB_RcxPanelJog: hold to run."""
     for first, second in (("JogPlus", "JogMinus"), ("JogMinus", "JogPlus")):
         plc = OperatorBench()
         _jogging(plc, first)
         plc.key(first, False)
         plc.key(second)
-        plc.key("Teach")
-        plc.scan()
+        plc.key("Teach", scans=1)
         assert "SI06" not in plc.inputs
         plc.scan(60)
         assert plc.codes == [_SPEED, 0x0020, _POSITION]
@@ -353,29 +303,22 @@ def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis()
 @pytest.mark.parametrize("again", [True, False])
 @pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
 def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bool) -> None:
-    """The press is given up; its command is still out, and is held to its end.
-
-    Source: guide chapter 1: the command stays until its end.
-    """
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    """Source: guide chapter 1: the command stays until its end."""
+    plc = OperatorBench(Stepwise=True)
     plc.hold = hold
     plc.press("JogPlus")
     plc.scan_until(lambda: hold in plc.codes)
     plc.scan(5)
-    plc.outputs(SO13=True)
-    plc.scan(2)
+    plc.outputs(SO13=True, scans=2)
     assert plc["Operator.Busy"]
-    plc.outputs(SO13=False)
-    plc.scan(2)
+    plc.outputs(SO13=False, scans=2)
     if not again:
         plc.hold = 0
         plc.scan(40)
         assert plc.codes[plc.codes.index(hold) + 1 :] == [_POSITION]
         return
     plc.set(Stepwise=False, Axis=2, Percent=55)
-    plc.key("JogMinus")
-    plc.scan(20)
+    plc.key("JogMinus", scans=20)
     assert plc.codes[-1] == hold
     plc.hold = 0
     plc.scan(20)
@@ -386,25 +329,19 @@ def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bo
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("key", ["JogPlus", "JogMinus"])
 def test_a_jog_ends_with_the_hmis_connection_and_needs_a_new_press(engine: str, key: str) -> None:
-    """The key stays TRUE, for nobody is there to release it.
-
-    Source: FB_Operator, HmiOk; hold to run.
-    """
+    """Source: FB_Operator, HmiOk; hold to run."""
     plc = OperatorBench(engine)
     _jogging(plc, key)
-    plc["Operator.HmiOk"] = False
-    plc.scan()
+    plc.change("Operator.HmiOk", to=False)
     assert "SI06" not in plc.inputs
     assert "Moving" not in plc.lamps()
     plc.scan(80)
     assert plc.message == 0x8001
-    plc["Operator.HmiOk"] = True
-    plc.scan()
+    plc.change("Operator.HmiOk", to=True)
     assert plc.message == 0x8074
     plc.scan(80)
     assert plc.codes.count(0x0020) == 1
-    plc.key(key, False)
-    plc.scan()
+    plc.key(key, False, scans=1)
     _jogging(plc, key)
     assert plc.codes.count(0x0020) == 2
 
@@ -412,32 +349,23 @@ def test_a_jog_ends_with_the_hmis_connection_and_needs_a_new_press(engine: str, 
 @pytest.mark.parametrize("scans", range(1, 5))
 def test_a_step_that_has_not_begun_is_withdrawn_with_the_hmis_connection(scans: int) -> None:
     """Source: FB_Operator, HmiOk."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
-    plc.key("JogPlus")
-    plc.scan(scans)
+    plc = OperatorBench(Stepwise=True)
+    plc.key("JogPlus", scans=scans)
     assert _STEP not in plc.codes
-    plc["Operator.HmiOk"] = False
-    plc.scan(80)
+    plc.change("Operator.HmiOk", to=False, scans=80)
     assert _STEP not in plc.codes
     assert not plc["Operator.Busy"]
 
 
 @pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
 def test_a_key_that_is_pressed_and_released_while_a_command_is_out_sends_nothing(hold: int) -> None:
-    """What an earlier press has sent still waits for its end.
-
-    Source: FB_RcxPanelJog; hold to run.
-    """
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    """Source: FB_RcxPanelJog; hold to run."""
+    plc = OperatorBench(Stepwise=True)
     plc.hold = hold
     plc.press("JogPlus")
     plc.scan_until(lambda: hold in plc.codes)
-    plc.outputs(SO13=True)
-    plc.scan(2)
-    plc.outputs(SO13=False)
-    plc.scan(2)
+    plc.outputs(SO13=True, scans=2)
+    plc.outputs(SO13=False, scans=2)
     plc.set(Stepwise=False)
     plc.press("JogMinus", scans=3)
     plc.hold = 0
@@ -450,8 +378,7 @@ def test_a_key_that_is_released_while_the_speed_is_set_moves_nothing() -> None:
     """Source: FB_RcxPanelJog; hold to run."""
     plc = OperatorBench()
     plc.hold = _SPEED
-    plc.press("JogPlus", scans=5)
-    plc.scan(5)
+    plc.press("JogPlus", scans=5, then=5)
     plc.hold = 0
     plc.scan(40)
     assert plc.codes == [_SPEED, _POSITION]
@@ -467,12 +394,8 @@ def test_a_jog_may_take_longer_than_a_step_may_wait() -> None:
 
 
 def test_a_step_does_not_line_up_behind_another_command() -> None:
-    """It would begin whenever that ends: it is given up instead.
-
-    Source: FB_RcxPanelJog: within a second or not at all.
-    """
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    """Source: FB_RcxPanelJog: within a second or not at all."""
+    plc = OperatorBench(Stepwise=True)
     plc.hold = _AMOUNT
     plc.press("JogPlus")
     plc.scan_until(lambda: _AMOUNT in plc.codes)
@@ -504,30 +427,12 @@ def test_while_an_axis_is_jogged_another_key_is_refused_and_the_jog_goes_on(key:
 @pytest.mark.parametrize("stepwise", [False, True])
 def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
     """Source: guide 4.2.6, 4.2.7: bit 7 of the third word is ON for the minus direction."""
-    plc = OperatorBench()
-    plc.set(Stepwise=stepwise)
+    plc = OperatorBench(Stepwise=stepwise)
     for key in ("JogMinus", "JogPlus", "JogMinus"):
-        plc.press(key, scans=20)
-        plc.scan(60)
+        plc.press(key, scans=20, then=60)
     code = _STEP if stepwise else 0x0020
     sent = [words[2] for words in plc.sent if words[0] == code]
     assert sent == [0x0081, 0x0001, 0x0081]
-
-
-@pytest.mark.parametrize("stop", [False, True])
-def test_a_step_that_somebody_else_has_stopped_is_a_fault(stop: bool) -> None:
-    """Only after the panel's own Stop is 12.400 no problem. Source: guide 4.2.8; chapter 5, 3.3."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
-    plc.hold = _STEP
-    plc.press("JogPlus")
-    plc.scan_until(lambda: plc.words[0] == _STEP)
-    if stop:
-        plc.press("Stop", scans=3)
-    plc.answer(0x4000, (12, 400))
-    plc.hold = 0
-    plc.scan(5)
-    assert (plc.message == 0x8020) is not stop
 
 
 @pytest.mark.parametrize(
@@ -545,10 +450,8 @@ def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
 
     Source: guide 4.2.14, manual movement speed; 4.2.15, automatic movement speed; 4.2.8
     """
-    plc = OperatorBench()
-    plc.set(Stepwise=stepwise)
-    plc.key("JogPlus")
-    plc.scan()
+    plc = OperatorBench(Stepwise=stepwise)
+    plc.key("JogPlus", scans=1)
     plc["Other.Code"], plc["Other.Execute"] = code, True
     plc.scan(20)
     assert plc.codes[:2] == [0x038, code]
@@ -556,10 +459,8 @@ def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
     assert moved is not harm
     assert (plc.message == 0x805D) is harm
     plc["Other.Execute"] = False
-    plc.key("JogPlus", False)
-    plc.scan(40)
-    plc.key("JogPlus")
-    plc.scan(20)
+    plc.key("JogPlus", False, scans=40)
+    plc.key("JogPlus", scans=20)
     assert {0x020, 0x024} & set(plc.codes), "the next press counts"
 
 
@@ -569,17 +470,13 @@ def test_without_the_hmi_a_step_is_stopped_that_a_missed_call_has_left_alone(
     key: str, code: int, missed: bool
 ) -> None:
     """It is held to its end, and the robot moves. Source: head of FB_Operator, HmiOk."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.hold = code
     plc.key(key)
     plc.scan_until(lambda: plc.codes[-1:] == [code])
     plc.scan(3)
-    plc["Call"] = not missed
-    plc.scan()
-    plc["Call"] = True
-    plc.scan(3)
+    plc.change("Call", to=not missed)
+    plc.change("Call", to=True, scans=3)
     assert "SI06" in plc.inputs
-    plc["Operator.HmiOk"] = False
-    plc.scan(2)
+    plc.change("Operator.HmiOk", to=False, scans=2)
     assert "SI06" not in plc.inputs

@@ -7,8 +7,7 @@ import pytest
 from both_engines import ENGINES
 from operator_bench import OperatorBench
 
-_LINE, _TEACH, _SPEED, _AMOUNT, _STEP = 0x0403, 0x0028, 0x0038, 0x0027, 0x0024
-_POSITION = 0x0506
+_LINE, _TEACH, _STEP = 0x0403, 0x0028, 0x0024
 #: Of blocks beside the panel: a point is read, and one is moved to.
 _READ, _MOVE = 0x0102, 0x0001
 _CODES = {"StepLine": _LINE, "Teach": _TEACH}
@@ -70,8 +69,7 @@ def test_behind_a_movement_of_another_block_no_line_and_no_teaching_is_possible(
     plc.hold = 0
     plc.scan(60)
     assert plc.codes == [_MOVE]
-    plc.press(key)
-    plc.scan(8)
+    plc.press(key, then=8)
     assert plc.codes[:2] == [_MOVE, _CODES[key]]
 
 
@@ -82,8 +80,7 @@ def test_a_movement_that_comes_first_withdraws_a_line_or_a_point_that_waits(key:
     _under_way(plc, _READ)
     plc["Third.Code"], plc["Third.Execute"] = _MOVE, True
     plc.scan()
-    plc.press(key)
-    plc.scan(10)
+    plc.press(key, then=10)
     assert (plc.message, plc["Operator.Busy"]) == (0, True)
     plc.hold = _MOVE
     plc.scan_until(lambda: _MOVE in plc.codes)
@@ -103,14 +100,12 @@ def test_a_line_and_a_point_that_wait_are_withdrawn_with_the_hmis_connection(
     plc = OperatorBench(engine)
     _under_way(plc, _READ)
     plc.press(key)
-    plc["Operator.HmiOk"] = False
-    plc.scan(2)
+    plc.change("Operator.HmiOk", to=False, scans=2)
     assert not plc["Operator.Busy"]
     plc.hold = 0
     plc.scan(60)
     assert plc.codes == [_READ]
-    plc["Operator.HmiOk"] = True
-    plc.scan(60)
+    plc.change("Operator.HmiOk", to=True, scans=60)
     assert plc.codes == [_READ]
     assert (plc.message, plc["Operator.Error"]) == (0, False)
 
@@ -118,17 +113,12 @@ def test_a_line_and_a_point_that_wait_are_withdrawn_with_the_hmis_connection(
 @pytest.mark.parametrize("scans", range(1, 6))
 @pytest.mark.parametrize("key", ["StepLine", "Teach"])
 def test_the_hmis_loss_leaves_no_command_to_come(key: str, scans: int) -> None:
-    """Wherever it falls, the command is out by then, or does not go out.
-
-    Source: FB_Operator, HmiOk.
-    """
+    """Source: FB_Operator, HmiOk."""
     plc = OperatorBench()
     plc.hold = _CODES[key]
-    plc.key(key)
-    plc.scan(scans)
+    plc.key(key, scans=scans)
     out = list(plc.codes)
-    plc["Operator.HmiOk"] = False
-    plc.scan(30)
+    plc.change("Operator.HmiOk", to=False, scans=30)
     assert plc.codes == out
 
 
@@ -137,8 +127,7 @@ def test_stop_withdraws_a_line_that_waits_and_that_is_no_fault() -> None:
     plc = OperatorBench()
     _under_way(plc, _READ)
     plc.press("StepLine")
-    plc.press("Stop")
-    plc.scan(2)
+    plc.press("Stop", then=2)
     plc.hold = 0
     plc.scan(60)
     assert plc.codes == [_READ]
@@ -148,10 +137,8 @@ def test_stop_withdraws_a_line_that_waits_and_that_is_no_fault() -> None:
 def test_a_point_is_taught_while_stop_is_pressed() -> None:
     """Source: guide 4.2.9: nothing moves."""
     plc = OperatorBench()
-    plc.key("Stop")
-    plc.scan(30)
-    plc.press("Teach")
-    plc.scan(8)
+    plc.key("Stop", scans=30)
+    plc.press("Teach", then=8)
     assert "Taught" in plc.lamps()
 
 
@@ -165,8 +152,7 @@ def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
 
     Source: FB_Operator, HmiOk; manual chapter 5, 2, SI(06).
     """
-    plc = OperatorBench(engine)
-    plc.set(Stepwise=True)
+    plc = OperatorBench(engine, Stepwise=True)
     code = _LINE if what == "line" else _STEP
     plc.hold = code
     plc.press("StepLine" if what == "line" else "JogPlus")
@@ -184,11 +170,9 @@ def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
     assert plc.inputs == ["SI00"]
     assert "Stopped" in plc.lamps()
     assert (plc["Operator.Error"], plc["Operator.Busy"]) == (False, False)
-    plc["Operator.HmiOk"] = True
-    plc.scan(2)
+    plc.change("Operator.HmiOk", to=True, scans=2)
     assert (plc.message, plc["Panel.Following"]) == (0x8007, "PANEL_NEXT_RESET")
-    plc.press("Reset")
-    plc.scan(40)
+    plc.press("Reset", then=40)
     assert plc.inputs == ["SI00", "SI06"]
     assert plc.codes.count(code) == 1
     assert plc.message == 0
@@ -198,8 +182,7 @@ def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
 @pytest.mark.parametrize("alarm", [(12, 401), (2, 400)])
 def test_another_alarm_is_told_although_stop_was_pressed(what: str, alarm: tuple[int, int]) -> None:
     """Source: guide chapter 2, abnormal end."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     code = _LINE if what == "line" else _STEP
     plc.hold = code
     plc.press("StepLine" if what == "line" else "JogPlus")
@@ -208,17 +191,6 @@ def test_another_alarm_is_told_although_stop_was_pressed(what: str, alarm: tuple
     plc.hold, plc.refuse, plc.alarm = 0, code, alarm
     plc.scan(20)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8020, True)
-
-
-def test_stop_that_stops_a_jog_shows_no_fault() -> None:
-    """Source: FB_Jog: 12.400 is its normal end."""
-    plc = OperatorBench()
-    plc.key("JogPlus")
-    plc.scan_until(lambda: "Moving" in plc.lamps())
-    plc.press("Stop")
-    assert "Moving" not in plc.lamps()
-    plc.scan(60)
-    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8007, False)
 
 
 # ---- ServoOn
@@ -230,8 +202,7 @@ def test_servo_on_is_not_possible_in_an_emergency_stop_and_nothing_waits_for_its
 ) -> None:
     """Source: manual chapter 5, 3.1: it is released before; nothing starts by itself."""
     plc = OperatorBench(engine)
-    plc.outputs(SO00=True, SO02=False, SO03=True)
-    plc.scan(60)
+    plc.outputs(SO00=True, SO02=False, SO03=True, scans=60)
     assert plc.can("ServoOn", "Reset") == [False, False]
     assert (plc["Panel.Following"], plc.message) == ("PANEL_NEXT_NONE", 0x8003)
     plc.press("ServoOn")
@@ -250,10 +221,8 @@ def test_a_stop_of_the_plcs_own_is_left_by_servo_on_without_waiting() -> None:
     """
     plc = OperatorBench()
     plc["EmergencyStopOk"] = False
-    plc.outputs(SO00=True, SO02=False, SO03=True)
-    plc.scan(40)
-    plc["EmergencyStopOk"] = True
-    plc.scan(2)
+    plc.outputs(SO00=True, SO02=False, SO03=True, scans=40)
+    plc.change("EmergencyStopOk", to=True, scans=2)
     assert plc.can("ServoOn") == [True]
     plc.press("ServoOn")
     plc.scan_until(lambda: "SI00" in plc.inputs)
@@ -269,10 +238,8 @@ def test_servo_on_is_withdrawn_where_another_emergency_stop_is_on() -> None:
     """
     plc = OperatorBench()
     plc["EmergencyStopOk"] = False
-    plc.outputs(SO00=True, SO02=False, SO03=True)
-    plc.scan(40)
-    plc["EmergencyStopOk"] = True
-    plc.scan(2)
+    plc.outputs(SO00=True, SO02=False, SO03=True, scans=40)
+    plc.change("EmergencyStopOk", to=True, scans=2)
     plc.press("ServoOn")
     plc.scan_until(lambda: not plc["Operator.Busy"], most=60)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8003, True)
@@ -283,14 +250,11 @@ def test_servo_on_is_withdrawn_where_another_emergency_stop_is_on() -> None:
 def test_an_emergency_stop_that_comes_withdraws_servo_on() -> None:
     """Source: nothing starts by itself."""
     plc = OperatorBench()
-    plc.outputs(SO02=False, SO03=True)
-    plc.scan(20)
+    plc.outputs(SO02=False, SO03=True, scans=20)
     plc.press("ServoOn")
-    plc.outputs(SO00=True)
-    plc.scan(4)
+    plc.outputs(SO00=True, scans=4)
     assert (plc.message, plc["Operator.Busy"]) == (0x8003, False)
-    plc.outputs(SO00=False)
-    plc.scan(15)
+    plc.outputs(SO00=False, scans=15)
     plc.outputs(SO03=False)
     assert _rose(plc, 100) == set()
 
@@ -299,11 +263,9 @@ def test_an_emergency_stop_that_comes_withdraws_servo_on() -> None:
 def test_without_main_power_servo_on_is_not_possible_and_the_message_says_so(engine: str) -> None:
     """Source: manual chapter 5, 2, SO(04)."""
     plc = OperatorBench(engine)
-    plc.outputs(SO02=False, SO04=False)
-    plc.scan(20)
+    plc.outputs(SO02=False, SO04=False, scans=20)
     for automatic in (False, True):
-        plc.set(Automatic=automatic)
-        plc.scan(2)
+        plc.set(Automatic=automatic, scans=2)
         assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8005, False)
         assert (plc["Panel.Following"], plc.can("ServoOn")) == ("PANEL_NEXT_NONE", [False])
     plc.press("ServoOn")
@@ -327,11 +289,9 @@ def test_what_servo_on_waits_for_longer_than_two_seconds_comes_too_late(
     Source: FB_RcxPanelSequences.
     """
     plc = OperatorBench()
-    plc.outputs(SO02=False, SO03=what != "turn")
-    plc.scan(20)
+    plc.outputs(SO02=False, SO03=what != "turn", scans=20)
     if what == "turn":
-        plc["Sequence.Execute"] = True
-        plc.scan_until(lambda: "SI15" in plc.inputs)
+        plc.scan_until(lambda: "SI15" in plc.inputs, execute="Sequence")
     plc.press("ServoOn")
     if what != "turn":
         plc.scan_until(lambda: "SI16" in plc.inputs)
@@ -341,8 +301,7 @@ def test_what_servo_on_waits_for_longer_than_two_seconds_comes_too_late(
     assert plc["Operator.Busy"]
     plc.scan(70)
     assert (plc.message, plc["Operator.Busy"]) == (error, False)
-    plc.outputs(SO03=False, SO04=True, SO14=True)
-    plc.scan(5)
+    plc.outputs(SO03=False, SO04=True, SO14=True, scans=5)
     assert "SI01" not in _rose(plc, 100)
 
 
@@ -357,16 +316,12 @@ def test_what_waits_for_its_turn_longer_than_two_seconds_is_withdrawn(
 
     Source: FB_RcxPanelSequences.
     """
-    plc = OperatorBench()
-    plc.set(Automatic=key == "Start")
-    plc["Sequence.Execute"] = True
-    plc.scan_until(lambda: "SI15" in plc.inputs)
-    plc.outputs(SO03=key == "Reset")
-    plc.scan(20)
+    plc = OperatorBench(Automatic=key == "Start")
+    plc.scan_until(lambda: "SI15" in plc.inputs, execute="Sequence")
+    plc.outputs(SO03=key == "Reset", scans=20)
     plc.press(key)
     plc.scan(scans - 2)
-    plc.outputs(SO14=True)
-    plc.scan(13)
+    plc.outputs(SO14=True, scans=13)
     plc.outputs(SO14=False)
     assert (signal in _rose(plc, 100)) is (scans < 200)
     assert plc.message == (0x8076 if scans > 200 else 0x8004 if key == "Reset" else 0)
@@ -375,14 +330,12 @@ def test_what_waits_for_its_turn_longer_than_two_seconds_is_withdrawn(
 def test_the_answer_of_servo_on_may_take_as_long_as_timeout_says() -> None:
     """Source: FB_Operator.Timeout."""
     plc = OperatorBench()
-    plc.outputs(SO02=False)
-    plc.scan(20)
+    plc.outputs(SO02=False, scans=20)
     plc.press("ServoOn")
     plc.scan_until(lambda: "SI01" in plc.inputs)
     plc.scan(900)
     assert plc["Operator.Busy"]
-    plc.outputs(SO02=True)
-    plc.scan(2)
+    plc.outputs(SO02=True, scans=2)
     assert (plc.message, plc["Operator.Busy"]) == (0, False)
 
 
@@ -392,24 +345,17 @@ def test_the_answer_of_servo_on_may_take_as_long_as_timeout_says() -> None:
 @pytest.mark.parametrize("way", ["stop", "hmi"])
 @pytest.mark.parametrize("scans", [1, 2, 8, 20, 30])
 def test_stop_and_the_hmis_loss_withdraw_servo_on(way: str, scans: int) -> None:
-    """At each stage; what was not ON by then does not come, and it is no fault.
-
-    Source: FB_RcxPanelSequences.
-    """
+    """Source: FB_RcxPanelSequences."""
     plc = OperatorBench()
-    plc.outputs(SO02=False, SO03=True)
-    plc.scan(20)
+    plc.outputs(SO02=False, SO03=True, scans=20)
     plc.press("ServoOn", scans=scans)
     if way == "stop":
         plc.press("Stop")
     else:
-        plc["Operator.HmiOk"] = False
-        plc.scan(2)
-    plc.outputs(SO03=False)
-    plc.scan(15)
+        plc.change("Operator.HmiOk", to=False, scans=2)
+    plc.outputs(SO03=False, scans=15)
     assert _rose(plc, 100) == set()
-    plc["Operator.HmiOk"] = True
-    plc.scan(2)
+    plc.change("Operator.HmiOk", to=True, scans=2)
     assert not plc["Operator.Error"]
 
 
@@ -417,30 +363,22 @@ def test_stop_and_the_hmis_loss_withdraw_servo_on(way: str, scans: int) -> None:
 @pytest.mark.parametrize("way", ["stop", "hmi"])
 @pytest.mark.parametrize("waits", ["stop", "turn"])
 def test_stop_and_the_hmis_loss_withdraw_start(engine: str, way: str, waits: str) -> None:
-    """It waits for SI(06), or for its turn; that it does not come then is no fault.
-
-    Source: FB_RcxPanelSequences; FB_ProgramContinue.
-    """
+    """Source: FB_RcxPanelSequences; FB_ProgramContinue."""
     plc = OperatorBench(engine)
-    plc.set(Automatic=True)
-    plc.scan(20)
+    plc.set(Automatic=True, scans=20)
     if waits == "stop":
-        plc.press("Stop")
-        plc.scan(30)
+        plc.press("Stop", then=30)
     else:
-        plc["Sequence.Execute"] = True
-        plc.scan_until(lambda: "SI15" in plc.inputs)
+        plc.scan_until(lambda: "SI15" in plc.inputs, execute="Sequence")
     plc.press("Start")
     if way == "stop":
         plc.press("Stop")
     else:
-        plc["Operator.HmiOk"] = False
-        plc.scan(2)
+        plc.change("Operator.HmiOk", to=False, scans=2)
     plc.outputs(SO14=True)
     assert "SI12" not in _rose(plc, 100)
     assert ("SI06" in plc.inputs) is (way == "hmi")
-    plc["Operator.HmiOk"] = True
-    plc.scan(2)
+    plc.change("Operator.HmiOk", to=True, scans=2)
     assert not plc["Operator.Error"]
     assert _rose(plc, 100) == set()
 
@@ -449,17 +387,13 @@ def test_stop_and_the_hmis_loss_withdraw_start(engine: str, way: str, waits: str
 def test_the_hmis_loss_withdraws_what_waits_for_its_turn(key: str, signal: str) -> None:
     """Source: FB_Operator, HmiOk: only Stop acts."""
     plc = OperatorBench()
-    plc["Sequence.Execute"] = True
-    plc.scan_until(lambda: "SI15" in plc.inputs)
-    plc.outputs(SO03=key == "Reset")
-    plc.scan()
+    plc.scan_until(lambda: "SI15" in plc.inputs, execute="Sequence")
+    plc.outputs(SO03=key == "Reset", scans=1)
     plc.press(key)
     assert plc["Operator.Busy"]
-    plc["Operator.HmiOk"] = False
-    plc.scan(2)
+    plc.change("Operator.HmiOk", to=False, scans=2)
     assert not plc["Operator.Busy"]
-    plc.outputs(SO14=True)
-    plc.scan(15)
+    plc.outputs(SO14=True, scans=15)
     plc.outputs(SO14=False)
     assert signal not in _rose(plc, 100)
 
@@ -469,28 +403,21 @@ def test_the_hmis_loss_withdraws_what_waits_for_its_turn(key: str, signal: str) 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_while_stop_is_pressed_no_key_promises_what_it_cannot_do(engine: str) -> None:
-    """Also where it hangs: Start, Reset, jog, line and servo on would do nothing.
-
-    Source: RCX_PANEL.Can: what would do something if it was pressed now.
-    """
+    """Source: RCX_PANEL.Can: what would do something if it was pressed now."""
     plc = OperatorBench(engine)
-    plc.key("Stop")
-    plc.scan(30)
+    plc.key("Stop", scans=30)
     assert plc.can("Start", "Reset", "JogPlus", "JogMinus", "StepLine") == [False] * 5
     assert plc["Panel.Following"] == "PANEL_NEXT_NONE"
-    plc.outputs(SO02=False)
-    plc.scan(2)
+    plc.outputs(SO02=False, scans=2)
     assert plc.can("ServoOn") == [False]
     plc.press("ServoOn")
     assert plc.message == 0x8007
     plc.press("Reset")
     plc.outputs(SO02=True)
-    plc.set(Automatic=True)
-    plc.scan(2)
+    plc.set(Automatic=True, scans=2)
     assert plc.can("Start", "Reset") == [False, False]
     assert (plc["Panel.Following"], plc.message) == ("PANEL_NEXT_NONE", 0x8007)
-    plc.key("Stop", False)
-    plc.scan(2)
+    plc.key("Stop", False, scans=2)
     assert plc.can("Start", "Reset") == [True, True]
     assert (plc["Panel.Following"], plc.message) == ("PANEL_NEXT_START", 0)
     plc.press("Reset")
@@ -503,25 +430,28 @@ def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
     Source: manual chapter 5, 3.1; RCX_PANEL.Can.
     """
     plc = OperatorBench()
-    plc.outputs(SO03=True, SO02=False)
-    plc.scan(20)
+    plc.outputs(SO03=True, SO02=False, scans=20)
     assert (plc.can("Reset"), plc["Panel.Following"]) == ([True], "PANEL_NEXT_RESET")
-    plc["EmergencyStopOk"] = False
-    plc.scan(2)
+    plc.change("EmergencyStopOk", to=False, scans=2)
     assert (plc.can("Reset"), plc["Panel.Following"]) == ([False], "PANEL_NEXT_NONE")
-    plc["EmergencyStopOk"] = True
-    plc.scan(40)
+    plc.change("EmergencyStopOk", to=True, scans=40)
     plc.press("Reset")
     assert plc.can("Reset") == [False], "it is at work"
 
 
 @pytest.mark.parametrize("stop", [False, True])
-def test_a_line_that_somebody_else_has_stopped_is_a_fault(stop: bool) -> None:
-    """Only after the panel's own Stop is 12.400 no problem. Source: guide 4.6.2; chapter 5, 3.3."""
-    plc = OperatorBench()
-    plc.hold = 0x0403
-    plc.press("StepLine")
-    plc.scan_until(lambda: plc.words[0] == 0x0403)
+@pytest.mark.parametrize(("key", "code"), [("StepLine", _LINE), ("JogPlus", _STEP)])
+def test_a_line_and_a_step_that_somebody_else_has_stopped_are_a_fault(
+    key: str, code: int, stop: bool
+) -> None:
+    """Only after the panel's own Stop is 12.400 no problem.
+
+    Source: guide 4.2.8 and 4.6.2; chapter 5, 3.3.
+    """
+    plc = OperatorBench(Stepwise=True)
+    plc.hold = code
+    plc.press(key)
+    plc.scan_until(lambda: plc.words[0] == code)
     if stop:
         plc.press("Stop", scans=3)
     plc.answer(0x4000, (12, 400))
@@ -533,10 +463,8 @@ def test_a_line_that_somebody_else_has_stopped_is_a_fault(stop: bool) -> None:
 def _reset_behind() -> OperatorBench:
     """ProgramReset has its turn, and the controller does not answer; Reset waits behind it."""
     plc = OperatorBench()
-    plc.press("ProgramReset")
-    plc.scan(20)
-    plc.outputs(SO03=True)
-    plc.scan(3)
+    plc.press("ProgramReset", then=20)
+    plc.outputs(SO03=True, scans=3)
     plc.press("Reset")
     return plc
 
@@ -560,8 +488,7 @@ def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
         plc = _reset_behind()
         plc.scan(scans)
         before = plc.message == 0x8076
-        plc["Operator.HmiOk"] = False
-        plc.scan(20)
+        plc.change("Operator.HmiOk", to=False, scans=20)
         told.append((before, plc.message == 0x8076))
         assert not plc["Operator.Busy"]
     assert told == sorted(told)
@@ -573,11 +500,8 @@ def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
 def test_an_emergency_stop_while_the_alarm_is_reset_is_what_is_told() -> None:
     """Not that the alarm stays. Source: docs/reference/errors.md, 16#8003 and 16#800A."""
     plc = OperatorBench()
-    plc.outputs(SO02=False, SO03=True)
-    plc.scan(20)
-    plc.press("ServoOn")
-    plc.scan(20)
+    plc.outputs(SO02=False, SO03=True, scans=20)
+    plc.press("ServoOn", then=20)
     assert plc["Operator.Sequences.Powering.Stage"] == "POWER_UP_ALARM_RESET"
-    plc["EmergencyStopOk"] = False
-    plc.scan(10)
+    plc.change("EmergencyStopOk", to=False, scans=10)
     assert plc.message == 0x8003

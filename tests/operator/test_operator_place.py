@@ -14,16 +14,14 @@ def _answered(plc: OperatorBench, micrometres: int, code: int = _POSITION) -> No
     """The position is asked for and answered: axis 1."""
     if plc.words[0] != code:
         plc.scan_until(lambda: plc.words[0] == code)
-    plc.answer(0x0200, [0, 0, 0, micrometres, 0])
-    plc.scan(5)
+    plc.answer(0x0200, [0, 0, 0, micrometres, 0], scans=5)
     assert plc["Panel.Position"][0] == micrometres / 1000
 
 
 def test_the_position_is_read_once_the_servos_are_on() -> None:
     """Source: guide 4.7.4: current position in mm, code 16#0506."""
     plc = OperatorBench()
-    plc.outputs(SO02=False)
-    plc.scan(20)
+    plc.outputs(SO02=False, scans=20)
     plc.press("ServoOn")
     plc.scan_until(lambda: "SI01" in plc.inputs)
     plc.outputs(SO02=True)
@@ -41,12 +39,10 @@ def test_a_position_that_cannot_be_read_leaves_the_last_one() -> None:
     plc.hold = 0x0506
     plc.press("JogPlus", scans=20)
     plc.scan_until(lambda: 0x0506 in plc.codes)
-    plc.answer(0x0200, [0, 0, 0, 1500, 0])
-    plc.scan(5)
+    plc.answer(0x0200, [0, 0, 0, 1500, 0], scans=5)
     assert plc["Panel.Position"][0] == 1.5
     plc.hold, plc.refuse = 0, 0x0506
-    plc.press("JogPlus", scans=20)
-    plc.scan(60)
+    plc.press("JogPlus", scans=20, then=60)
     assert plc.codes.count(0x0506) == 2
     assert plc["Panel.Position"][0] == 1.5
 
@@ -58,8 +54,7 @@ def test_after_a_line_and_after_a_program_it_is_read_again(engine: str) -> None:
     plc.hold = _POSITION
     plc.press("StepLine")
     _answered(plc, 2500)
-    plc.outputs(SO13=True)
-    plc.scan(20)
+    plc.outputs(SO13=True, scans=20)
     assert plc.codes == [_LINE, _POSITION]
     plc.outputs(SO13=False)
     _answered(plc, 3500)
@@ -79,13 +74,10 @@ def test_after_a_line_that_ends_with_an_alarm_too() -> None:
 def test_a_link_that_is_lost_is_no_end_of_a_program() -> None:
     """Source: FB_ReadArea: without a connection all outputs read as OFF."""
     plc = OperatorBench()
-    plc.outputs(SO13=True)
-    plc.scan(5)
-    plc["Connected"] = False
-    plc.scan(5)
+    plc.outputs(SO13=True, scans=5)
+    plc.change("Connected", to=False, scans=5)
     plc.outputs(SO13=False)
-    plc["Connected"] = True
-    plc.scan(60)
+    plc.change("Connected", to=True, scans=60)
     assert plc.codes == []
 
 
@@ -94,18 +86,14 @@ def test_it_is_the_position_of_the_robot_that_was_jogged() -> None:
 
     Source: guide 4.7.4: the robot is in bits 15 to 12 of the code.
     """
-    plc = OperatorBench()
-    plc.set(RobotNumber=2)
+    plc = OperatorBench(RobotNumber=2)
     plc.key("JogPlus")
     plc.scan_until(lambda: "Moving" in plc.lamps())
     plc.set(RobotNumber=3)
-    plc.key("JogPlus", False)
-    plc.scan(60)
+    plc.key("JogPlus", False, scans=60)
     assert plc.codes == [0x2038, 0x2020, 0x2506]
-    plc.outputs(SO13=True)
-    plc.scan(3)
-    plc.outputs(SO13=False)
-    plc.scan(20)
+    plc.outputs(SO13=True, scans=3)
+    plc.outputs(SO13=False, scans=20)
     assert plc.codes[3:] == [0x3506], "of the one that is selected"
 
 
@@ -113,12 +101,10 @@ def test_what_ends_while_the_position_is_read_is_read_afterwards() -> None:
     """Source: FB_RcxPanelPlace."""
     plc = OperatorBench()
     plc.hold = _POSITION
-    plc.outputs(SO13=True)
-    plc.scan(2)
+    plc.outputs(SO13=True, scans=2)
     plc.outputs(SO13=False)
     plc.scan_until(lambda: _POSITION in plc.codes)
-    plc.press("StepLine")
-    plc.scan(5)
+    plc.press("StepLine", then=5)
     plc.answer(0x0200, [0, 0, 0, 1000, 0])
     plc.scan_once()
     plc.scan(1)
@@ -146,8 +132,7 @@ def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
     plc.press("JogPlus", scans=20)
     plc.scan_until(lambda: plc.words[0] == _POSITION)
     for _ in range(3):
-        plc.press("JogPlus", scans=5)
-        plc.scan(40)
+        plc.press("JogPlus", scans=5, then=40)
     assert plc.codes.count(_POSITION) == 1
     _answered(plc, 1000)
     plc.scan(60)
@@ -163,15 +148,12 @@ def test_servos_that_come_on_while_it_is_read_make_it_be_read_again(jogs: bool) 
     plc.hold = _POSITION
     plc.press("JogPlus", scans=20)
     plc.scan_until(lambda: plc.words[0] == _POSITION)
-    plc.outputs(SO02=False)
-    plc.scan(5)
+    plc.outputs(SO02=False, scans=5)
     plc.press("ServoOn")
     plc.scan_until(lambda: "SI01" in plc.inputs)
-    plc.outputs(SO02=True)
-    plc.scan(30)
+    plc.outputs(SO02=True, scans=30)
     assert plc.codes.count(_POSITION) == 1
-    plc.key("JogPlus", jogs)
-    plc.scan(3)
+    plc.key("JogPlus", jogs, scans=3)
     _answered(plc, 1000)
     plc.scan(60)
     assert (0x0020 in plc.codes[plc.codes.index(_POSITION) :]) is jogs

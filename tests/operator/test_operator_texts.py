@@ -25,10 +25,7 @@ def _lines(block: Alone, key: str) -> str:
 
 @pytest.mark.parametrize("language", _LANGUAGES)
 def test_each_message_has_the_words_for_an_operator_where_there_are_some(language: str) -> None:
-    """A shorter one leaves nothing of the one before.
-
-    Source: spec/errors.toml.
-    """
+    """A shorter one leaves nothing of the one before. Source: spec/errors.toml."""
     block = Alone("FB_RcxPanelMessage", {})
     block["Block.Language"] = language
     for row in (*_ROWS, *reversed(_ROWS)):
@@ -54,8 +51,7 @@ def test_the_words_for_an_operator_name_no_block_pin_or_bit() -> None:
 def test_after_a_stop_of_the_panel_the_message_names_the_key_that_releases_it() -> None:
     """Source: RCX_PANEL.Following."""
     plc = OperatorBench()
-    plc.press("Stop")
-    plc.scan(30)
+    plc.press("Stop", then=30)
     assert (plc.message, plc["Panel.Following"]) == (0x8007, "PANEL_NEXT_RESET")
     assert "press Reset" in f"{plc['Panel.Message.Remedy1']} {plc['Panel.Message.Remedy2']}"
 
@@ -68,21 +64,16 @@ def test_where_the_origin_is_incomplete_the_message_says_so_and_no_start_is_hint
 
     Source: manual chapter 5, 2, SO(11).
     """
-    plc = OperatorBench()
-    plc.set(Automatic=automatic)
-    plc.outputs(SO11=False)
-    plc.scan(2)
+    plc = OperatorBench(Automatic=automatic)
+    plc.outputs(SO11=False, scans=2)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x807B, False)
     assert plc["Panel.Following"] == "PANEL_NEXT_NONE"
     assert plc.can("Start" if automatic else "JogPlus") == [True]
-    plc.outputs(SO13=True)
-    plc.scan(2)
+    plc.outputs(SO13=True, scans=2)
     assert plc.message == 0, "a program runs"
-    plc.outputs(SO13=False, SO11=True)
-    plc.scan(2)
+    plc.outputs(SO13=False, SO11=True, scans=2)
     assert plc.message == 0
-    plc.outputs(SO02=False, SO11=False)
-    plc.scan(2)
+    plc.outputs(SO02=False, SO11=False, scans=2)
     assert (plc.message, plc["Panel.Following"]) == (0x800C, "PANEL_NEXT_SERVO_ON")
 
 
@@ -91,6 +82,5 @@ def test_without_the_origin_no_hint_hides_that_a_key_is_at_work() -> None:
     plc = OperatorBench()
     plc.outputs(SO11=False)
     plc.hold = 0x0028
-    plc.press("Teach")
-    plc.scan(3)
+    plc.press("Teach", then=3)
     assert (plc.message, plc["Operator.Busy"]) == (0, True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
 from alone import Alone
@@ -11,25 +9,12 @@ from both_engines import ENGINES
 from plc_bench import ROOT, PlcBench
 
 #: PackTags' numbers. Source: Beckhoff E_PMLState; Siemens LPMLV2022 state constants.
-_NUMBERS = {
-    "CLEARING": 1,
-    "STOPPED": 2,
-    "STARTING": 3,
-    "IDLE": 4,
-    "SUSPENDED": 5,
-    "EXECUTE": 6,
-    "STOPPING": 7,
-    "ABORTING": 8,
-    "ABORTED": 9,
-    "HOLDING": 10,
-    "HELD": 11,
-    "UNHOLDING": 12,
-    "SUSPENDING": 13,
-    "UNSUSPENDING": 14,
-    "RESETTING": 15,
-    "COMPLETING": 16,
-    "COMPLETE": 17,
-}
+_STATES = (
+    *("CLEARING", "STOPPED", "STARTING", "IDLE", "SUSPENDED", "EXECUTE", "STOPPING", "ABORTING"),
+    *("ABORTED", "HOLDING", "HELD", "UNHOLDING", "SUSPENDING", "UNSUSPENDING", "RESETTING"),
+    *("COMPLETING", "COMPLETE"),
+)
+_NUMBERS = {state: number for number, state in enumerate(_STATES, start=1)}
 #: What follows an acting state that is done. Source: ROS-Industrial packml, transition table.
 _DONE = {
     "CLEARING": "STOPPED",
@@ -99,9 +84,7 @@ class _Bench(PlcBench):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_every_command_in_every_state_leads_where_the_model_says_or_is_refused(
-    engine: str,
-) -> None:
+def test_every_command_in_every_state_leads_where_the_model_says_or_is_refused(engine: str) -> None:
     """Source: the tables above."""
     plc = _Bench(engine)
     for state in _NUMBERS:
@@ -123,8 +106,7 @@ def test_a_state_that_is_done_leads_on_and_a_waiting_state_waits(engine: str) ->
         plc.put(state)
         assert plc["PackMl.StateCurrent"] == number
         assert plc["PackMl.Acting"] is (state in _DONE)
-        plc["PackMl.StateComplete"] = True
-        plc.scan()
+        plc.change("PackMl.StateComplete", to=True)
         assert plc.state == _DONE.get(state, state)
         assert plc["PackMl.StateCurrent"] == _NUMBERS[plc.state]
 
@@ -146,11 +128,9 @@ def test_a_request_counts_at_its_rising_edge_and_clears_the_last_refusal() -> No
     plc.put("STOPPED")
     plc.command("START")
     assert plc["PackMl.ErrorID"] == 0x8077
-    plc["PackMl.CntrlCmd"] = "PACKML_CMD_RESET"
-    plc.scan(3)
+    plc.change("PackMl.CntrlCmd", to="PACKML_CMD_RESET", scans=3)
     assert (plc.state, plc["PackMl.ErrorID"]) == ("STOPPED", 0x8077), "no edge"
-    plc["PackMl.CmdChangeRequest"] = False
-    plc.scan()
+    plc.change("PackMl.CmdChangeRequest", to=False)
     plc.command("RESET")
     assert (plc.state, plc["PackMl.ErrorID"]) == ("RESETTING", 0)
 
@@ -166,75 +146,55 @@ def test_it_begins_aborted_and_goes_nowhere_by_itself() -> None:
     assert plc["PackMl.Mode"] == "PACKML_MODE_PRODUCTION"
 
 
-def _link(plc: PlcBench, on: bool) -> None:
-    plc["Connected"] = not on
+#: What takes the robot away, what gives it back, and the ErrorID.
+_TROUBLES = [
+    ("Connected=0", "Connected=1", 0x8001),
+    ("SO01=0", "SO01=1", 0x8002),
+    ("SO00=1", "SO00=0", 0x8003),
+    ("EmergencyStopOk=0", "EmergencyStopOk=1", 0x8003),
+    ("SO03=1", "SO03=0", 0x8004),
+]
 
 
-def _cpu(plc: PlcBench, on: bool) -> None:
-    plc.outputs(SO01=not on)
-
-
-def _emergency(plc: PlcBench, on: bool) -> None:
-    plc.outputs(SO00=on)
-
-
-def _cell(plc: PlcBench, on: bool) -> None:
-    plc["EmergencyStopOk"] = not on
-    plc.scan()  # FB_WriteArea tells the blocks, at the end of the scan
-
-
-def _alarm(plc: PlcBench, on: bool) -> None:
-    plc.outputs(SO03=on)
-
-
-_TROUBLES = [(_link, 0x8001), (_cpu, 0x8002), (_emergency, 0x8003), (_cell, 0x8003)]
-_TROUBLES += [(_alarm, 0x8004)]
-
-
-@pytest.mark.parametrize(("trouble", "error"), _TROUBLES)
+@pytest.mark.parametrize(("trouble", "back", "error"), _TROUBLES)
 def test_what_takes_the_robot_away_aborts_in_every_state(
-    trouble: Callable[[PlcBench, bool], None], error: int
+    trouble: str, back: str, error: int
 ) -> None:
     """Source: manual chapter 5, 2; PackML: aborting is entered on a machine fault."""
     plc = _Bench()
     for state in _NUMBERS:
         plc.put(state)
-        trouble(plc, True)
-        plc.scan()
+        plc.let(trouble)
+        plc.scan(2 if trouble == "EmergencyStopOk=0" else 1)  # FB_WriteArea tells the blocks
         expected = {"CLEARING": "CLEARING", "ABORTED": "ABORTED"}.get(state, "ABORTING")
         assert plc.state == expected, state
         if expected == "ABORTING" and state != "ABORTING":
             assert plc["PackMl.AbortID"] == error
-        trouble(plc, False)
-        plc.scan(15)
+        plc.let(back)
+        plc.scan(16)
 
 
 def test_clearing_ends_stopped_only_once_the_fault_has_gone() -> None:
     """Source: PackML: the faults are cleared in Clearing."""
     plc = _Bench()
     plc.put("EXECUTE")
-    plc.outputs(SO03=True)
-    plc.scan()
+    plc.outputs(SO03=True, scans=1)
     assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8004)
     plc.outputs(SO00=True)
-    plc["PackMl.StateComplete"] = True
-    plc.scan()
+    plc.change("PackMl.StateComplete", to=True)
     assert plc.state == "ABORTED"
     plc["PackMl.StateComplete"] = False
     plc.command("CLEAR")
     plc.scan(5)
     assert (plc.state, plc["PackMl.AbortID"]) == ("CLEARING", 0x8004)
-    plc["PackMl.StateComplete"] = True
-    plc.scan()
+    plc.change("PackMl.StateComplete", to=True)
     assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8003), "still there"
     plc.scan()
     assert plc.state == "ABORTED"
     plc["PackMl.CmdChangeRequest"] = plc["PackMl.StateComplete"] = False
-    plc.outputs(SO00=False, SO03=False)
-    plc.scan()
+    plc.outputs(SO00=False, SO03=False, scans=1)
     plc.command("CLEAR")
-    plc["PackMl.StateComplete"] = True
-    plc.scan()
+    plc.change("PackMl.StateComplete", to=True)
     assert (plc.state, plc["PackMl.AbortID"]) == ("STOPPED", 0)
 
 
@@ -252,11 +212,9 @@ def test_the_unit_mode_changes_at_rest_only(state: str) -> None:
     for mode, number in (("MAINTENANCE", 2), ("MANUAL", 3), ("PRODUCTION", 1)):
         before = plc["PackMl.Mode"]
         plc.put(state)
-        plc["PackMl.UnitMode"] = f"PACKML_MODE_{mode}"
-        plc.scan()
+        plc.change("PackMl.UnitMode", to=f"PACKML_MODE_{mode}")
         assert plc["PackMl.Mode"] == before, "not asked for"
-        plc["PackMl.UnitModeChangeRequest"] = True
-        plc.scan()
+        plc.change("PackMl.UnitModeChangeRequest", to=True)
         if state in ("STOPPED", "IDLE", "ABORTED"):
             assert plc["PackMl.Mode"] == f"PACKML_MODE_{mode}"
             assert (plc["PackMl.UnitModeCurrent"], plc["PackMl.ErrorID"]) == (number, 0)
@@ -267,8 +225,7 @@ def test_the_unit_mode_changes_at_rest_only(state: str) -> None:
 def test_an_invalid_unit_mode_is_refused() -> None:
     plc = _Bench()
     plc.put("IDLE")
-    plc["PackMl.UnitModeChangeRequest"] = True
-    plc.scan()
+    plc.change("PackMl.UnitModeChangeRequest", to=True)
     assert (plc["PackMl.Mode"], plc["PackMl.ErrorID"]) == ("PACKML_MODE_PRODUCTION", 0x8077)
 
 
@@ -288,11 +245,9 @@ def test_a_mode_that_is_taken_clears_the_refusal_of_a_command() -> None:
     plc.command("HOLD")
     assert plc["PackMl.ErrorID"] == 0x8077
     plc["PackMl.CmdChangeRequest"] = False
-    plc["PackMl.UnitMode"] = "PACKML_MODE_MANUAL"
-    plc.scan()
+    plc.change("PackMl.UnitMode", to="PACKML_MODE_MANUAL")
     assert plc["PackMl.ErrorID"] == 0x8077, "nothing was asked for"
-    plc["PackMl.UnitModeChangeRequest"] = True
-    plc.scan()
+    plc.change("PackMl.UnitModeChangeRequest", to=True)
     assert (plc["PackMl.ErrorID"], plc["PackMl.Error"]) == (0, False)
     assert (plc["PackMl.Mode"], plc["PackMl.UnitModeCurrent"]) == ("PACKML_MODE_MANUAL", 3)
 
@@ -301,17 +256,15 @@ def test_what_has_aborted_stays_told_while_other_faults_come_and_go() -> None:
     """Source: comment of AbortID: what has aborted."""
     plc = _Bench()
     plc.put("EXECUTE")
-    _alarm(plc, True)
-    plc.scan()
+    plc.outputs(SO03=True, scans=1)
     assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8004)
-    for trouble, on in ((_cpu, True), (_cpu, False), (_alarm, False)):
-        trouble(plc, on)
+    for trouble in ("SO01=0", "SO01=1", "SO03=0"):
+        plc.let(trouble)
         plc.scan(2)
         assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8004)
     plc.put("EXECUTE")
     plc.command("ABORT")
-    _alarm(plc, True)
-    plc.scan()
+    plc.outputs(SO03=True, scans=1)
     assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0), "the command was first"
 
 

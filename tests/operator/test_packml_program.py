@@ -29,12 +29,19 @@ class _Line:
         self.scan()
         self.cell["Main.Change"] = False
 
-    def scan(self) -> None:
-        """One scan; new states are noted."""
-        self.cell.scan()
-        state = str(self.cell["Main.PackMl.State"]).removeprefix("PACKML_")
-        if state != self.seen[-1]:
-            self.seen.append(state)
+    def scan(self, count: int = 1) -> None:
+        """Run scans; new states are noted."""
+        for _ in range(count):
+            self.cell.scan()
+            state = str(self.cell["Main.PackMl.State"]).removeprefix("PACKML_")
+            if state != self.seen[-1]:
+                self.seen.append(state)
+
+    def go(self, *steps: tuple[str, str]) -> None:
+        """Give each command, and scan until the state that follows it."""
+        for command, state in steps:
+            self.command(command)
+            self.until(state)
 
     def until(self, state: str) -> None:
         """Scan until it is in this state."""
@@ -80,12 +87,10 @@ def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_betwee
     ):
         line.command(command)
         line.until(end)
-        for _ in range(10):
-            line.scan()
+        line.scan(10)
     line.until("COMPLETE")
     assert line.cell.robot.machine.ports.read(port("SO3()")) == 4, "to its last line"
-    line.command("RESET")
-    line.until("IDLE")
+    line.go(("RESET", "IDLE"))
     assert line.seen == [
         *("ABORTED", "CLEARING", "STOPPED", "RESETTING", "IDLE", "STARTING", "EXECUTE"),
         *("HOLDING", "HELD", "UNHOLDING", "EXECUTE"),
@@ -107,22 +112,16 @@ def test_a_second_run_is_complete_only_at_its_own_end(line: _Line, link: str) ->
         line.cell.inject(link)
         line.until("ABORTED")
         line.cell.inject("link_up")
-        for _ in range(50):
-            line.scan()
-        line.command("CLEAR")
-        line.until("STOPPED")
-    for command, end in (("RESET", "IDLE"), ("START", "EXECUTE")):
-        line.command(command)
-        line.until(end)
+        line.scan(50)
+        line.go(("CLEAR", "STOPPED"))
+    line.go(("RESET", "IDLE"), ("START", "EXECUTE"))
     begun = line.cell.now_us
     line.until("COMPLETE")
     assert line.cell.now_us - begun >= 1_200_000, "the program takes 1.3 s"
 
 
 def _to_execute(line: _Line) -> None:
-    for command, end in (("CLEAR", "STOPPED"), ("RESET", "IDLE"), ("START", "EXECUTE")):
-        line.command(command)
-        line.until(end)
+    line.go(("CLEAR", "STOPPED"), ("RESET", "IDLE"), ("START", "EXECUTE"))
 
 
 @pytest.mark.parametrize(
@@ -148,26 +147,21 @@ def test_a_program_that_is_stopped_from_elsewhere_is_held_and_goes_on_to_its_end
     with _cell(robot) as cell:
         line = _Line(cell)
         _to_execute(line)
-        for _ in range(20):
-            line.scan()
+        line.scan(20)
         cell.inject(event)
         line.until("HELD")
         assert "COMPLETING" not in line.seen
         assert cell["Main.OwnID"] == error
-        line.command("UNHOLD")
-        line.until("UNHOLDING")
-        for _ in range(600):
-            line.scan()
+        line.go(("UNHOLD", "UNHOLDING"))
+        line.scan(600)
         assert line.seen[-4:] == ["UNHOLDING", "EXECUTE", "HOLDING", "HELD"]
         assert cell["Main.OwnID"] != 0
         cell.inject(back)
-        for _ in range(50):
-            line.scan()
+        line.scan(50)
         if event == "manual_lock_on":
             cell.inject("auto_mode")
             cell.run("100ms")
-        line.command("UNHOLD")
-        line.until("COMPLETE")
+        line.go(("UNHOLD", "COMPLETE"))
         assert cell.robot.machine.ports.read(port("SO3()")) == 4
         assert cell["Main.OwnID"] == 0
 
@@ -175,13 +169,11 @@ def test_a_program_that_is_stopped_from_elsewhere_is_held_and_goes_on_to_its_end
 def test_a_program_that_ends_before_its_last_line_is_not_complete(line: _Line) -> None:
     """Source: docs/how-to/operator/packml.md: only SO(20) tells."""
     _to_execute(line)
-    for _ in range(20):
-        line.scan()
+    line.scan(20)
     line.cell.inject("program_end")
     line.until("HELD")
     assert "COMPLETING" not in line.seen
-    line.command("UNHOLD")
-    line.until("COMPLETE")
+    line.go(("UNHOLD", "COMPLETE"))
 
 
 @pytest.mark.parametrize("command", ["HOLD", "SUSPEND"])
@@ -189,25 +181,18 @@ def test_a_program_that_ends_before_its_last_line_is_not_complete(line: _Line) -
 def test_a_hold_near_the_end_does_not_run_the_program_again(
     line: _Line, command: str, ahead: int
 ) -> None:
-    """Wherever it falls, what has been done is not repeated.
-
-    Source: docs/how-to/operator/packml.md.
-    """
+    """Source: docs/how-to/operator/packml.md."""
     _to_execute(line)
     end = line.cell.now_us
     line.until("COMPLETING")
     scans = (line.cell.now_us - end) // 10_000
     line.until("COMPLETE")
-    for again, state in (("RESET", "IDLE"), ("START", "EXECUTE")):
-        line.command(again)
-        line.until(state)
-    for _ in range(scans - ahead):
-        line.scan()
+    line.go(("RESET", "IDLE"), ("START", "EXECUTE"))
+    line.scan(scans - ahead)
     assert line.seen[-1] == "EXECUTE"
     line.command(command)
     line.until("HELD" if command == "HOLD" else "SUSPENDED")
-    for _ in range(30):
-        line.scan()
+    line.scan(30)
     line.command(f"UN{command}")
     began = line.cell.now_us
     line.until("COMPLETE")
@@ -220,24 +205,19 @@ def test_what_fails_in_resetting_and_starting_stops_and_nothing_hangs(line: _Lin
 
     Source: manual chapter 5, 2, SI(15): it is necessary that the controller is in the AUTO mode.
     """
-    line.command("CLEAR")
-    line.until("STOPPED")
+    line.go(("CLEAR", "STOPPED"))
     for reached in ("STOPPED", "IDLE"):
         line.cell.inject("manual_mode")
-        for _ in range(5):
-            line.scan()
+        line.scan(5)
         line.command("RESET" if reached == "STOPPED" else "START")
         line.until("STOPPING")
         line.until("STOPPED")
         assert line.cell["Main.OwnID"] == 0x8006
         line.cell.inject("auto_mode")
-        for _ in range(20):
-            line.scan()
-        line.command("RESET")
-        line.until("IDLE")
+        line.scan(20)
+        line.go(("RESET", "IDLE"))
         assert line.cell["Main.OwnID"] == 0
-    line.command("START")
-    line.until("COMPLETE")
+    line.go(("START", "COMPLETE"))
 
 
 @pytest.mark.parametrize(
@@ -252,26 +232,22 @@ def test_what_fails_in_clearing_aborts_and_the_servos_do_not_come_later(
 ) -> None:
     """Source: manual chapter 5, 2, SO(04), and 3.1; nothing starts by itself."""
     line.cell.inject(event)
-    for _ in range(20):
-        line.scan()
-    line.command("CLEAR")
-    line.until("ABORTING")
+    line.scan(20)
+    line.go(("CLEAR", "ABORTING"))
     line.until("ABORTED")
     assert line.cell["Main.OwnID"] == error
     line.cell.inject(back)
     for _ in range(300):
         line.scan()
         assert not line.cell["Main.Robot.SO.SO02_ServoOn"]
-    line.command("CLEAR")
-    line.until("STOPPED")
+    line.go(("CLEAR", "STOPPED"))
 
 
 def test_what_comes_while_the_servos_come_on_aborts_and_is_over_in_aborted(line: _Line) -> None:
     """Source: PackML, Aborting."""
     line.command("CLEAR")
     line.scan()
-    line.command("ABORT")
-    line.until("ABORTED")
+    line.go(("ABORT", "ABORTED"))
     on = line.cell["Main.Robot.SO.SO02_ServoOn"]
     for _ in range(500):
         line.scan()
@@ -282,22 +258,16 @@ def test_what_comes_while_the_servos_come_on_aborts_and_is_over_in_aborted(line:
 def test_no_command_of_the_line_is_lost_beside_one_of_the_programs_own(
     line: _Line, later: int
 ) -> None:
-    """The program is ended from elsewhere, and Stop comes in that scan, or in the next one.
-
-    Source: PackTags: a rising edge of CmdChangeRequest.
-    """
+    """Source: PackTags: a rising edge of CmdChangeRequest."""
     _to_execute(line)
-    for _ in range(20):
-        line.scan()
+    line.scan(20)
     line.cell.inject("manual_mode")
     while line.cell["Main.Robot.SO.SO13_ProgramRunning"]:
         if line.seen[-1] != "EXECUTE":
             break
         line.scan()
-    for _ in range(later - 1):
-        line.scan()
-    line.command("STOP")
-    line.until("STOPPED")
+    line.scan(later - 1)
+    line.go(("STOP", "STOPPED"))
 
 
 @pytest.mark.parametrize(
@@ -318,29 +288,19 @@ def test_what_takes_the_robot_away_aborts_and_nothing_starts_until_it_is_said(
     assert line.cell["Main.PackMl.AbortID"] == error
     if back:
         line.cell.inject(back)
-    for _ in range(100):
-        line.scan()
+    line.scan(100)
     assert line.seen[-1] == "ABORTED"
     assert not line.cell["Main.Robot.SO.SO13_ProgramRunning"]
-    line.command("CLEAR")
-    line.until("STOPPED")
-    for _ in range(50):
-        line.scan()
+    line.go(("CLEAR", "STOPPED"))
+    line.scan(50)
     assert line.seen[-1] == "STOPPED"
     assert not line.cell["Main.Robot.SO.SO13_ProgramRunning"]
-    for command, end in (("RESET", "IDLE"), ("START", "COMPLETE")):
-        line.command(command)
-        line.until(end)
+    line.go(("RESET", "IDLE"), ("START", "COMPLETE"))
 
 
 def test_stop_leads_to_stopped_from_where_a_new_run_begins(line: _Line) -> None:
     """Source: PackML, Stopping."""
-    for command, end in (("CLEAR", "STOPPED"), ("RESET", "IDLE"), ("START", "EXECUTE")):
-        line.command(command)
-        line.until(end)
-    line.command("STOP")
-    line.until("STOPPED")
+    _to_execute(line)
+    line.go(("STOP", "STOPPED"))
     assert not line.cell["Main.Robot.SO.SO13_ProgramRunning"]
-    for command, end in (("RESET", "IDLE"), ("START", "COMPLETE")):
-        line.command(command)
-        line.until(end)
+    line.go(("RESET", "IDLE"), ("START", "COMPLETE"))

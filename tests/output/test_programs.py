@@ -30,13 +30,13 @@ def test_its_output_and_exit_code_are_those_of_the_program(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("number", [signal.SIGSEGV, signal.SIGKILL, signal.SIGINT])
-def test_a_program_that_a_signal_ends_is_told_from_one_that_exits(number: signal.Signals) -> None:
+def test_a_program_that_a_signal_ends_has_a_negative_return_code(number: signal.Signals) -> None:
     """Source: subprocess: a negative return code is the signal's."""
     assert run(["sh", "-c", f"kill -{int(number)} $$"]).returncode == -number
 
 
 @pytest.mark.parametrize("name", ["no/such/program", "file"])
-def test_what_cannot_be_started_raises(
+def test_a_program_that_cannot_be_started_raises(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -45,7 +45,7 @@ def test_what_cannot_be_started_raises(
         run([f"./{name}"])
 
 
-def test_what_it_has_started_is_killed_with_it() -> None:
+def test_children_of_a_program_are_killed_with_it() -> None:
     with Program(["sh", "-c", f"{_ENDLESS} & wait"], stdout=subprocess.PIPE) as program:
         assert program.stdout is not None
         program.stdout.readline()
@@ -67,7 +67,7 @@ while not select.select([sys.stdin], [], [], 0.1)[0]:
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
-def test_a_program_ends_with_who_started_it(number: signal.Signals) -> None:
+def test_a_program_ends_with_the_process_that_started_it(number: signal.Signals) -> None:
     """The pipe that both write to ends when both have.
 
     Source: a defect report: a child never outlives its parent, whatever ends it.
@@ -99,7 +99,7 @@ _STARTS = re.compile(
 )
 
 
-def test_nobody_else_starts_processes(repository: Path) -> None:
+def test_no_other_module_starts_processes(repository: Path) -> None:
     """Source: docs/explanation/architecture.md: one place that starts programs of others."""
     starting = {
         name

@@ -64,13 +64,7 @@ def test_each_kind_of_data_has_its_command_and_its_values(
 ) -> None:
     """Source: guide 4.3.1 to 4.3.5, the examples; spaces behind a comment are the definition's."""
     plc.stored[code, number] = _wide(words)
-    inputs: dict[str, Any] = {
-        "Kind": f"DATA_{kind}",
-        "RobotNumber": robot,
-        "First": number,
-        "Count": 1,
-    }
-    assert plc.run("Backup", **inputs) == 0
+    assert plc.run("Backup", Kind=f"DATA_{kind}", RobotNumber=robot, First=number, Count=1) == 0
     flag = words[0] if kind == "POINTS" else 0
     assert plc.row(1) == (True, flag, [*values, *[0] * (6 - len(values))])
     assert plc.sent == [[code | 1, 0, number, *[0] * 13]]
@@ -182,13 +176,11 @@ def test_any_other_alarm_ends_it_at_its_number(
 def test_the_alarm_is_shown_as_long_as_the_error(plc: PointsBench) -> None:
     """Source: guide chapter 1, 1.2, code 0x4000; 0x0006 and 0x00FF are 6.255."""
     plc["Backup.Kind"], plc["Backup.Count"] = "DATA_SHIFTS", 1
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Backup.Error"]))
+    plc.scan_until(lambda: bool(plc["Backup.Error"]), execute="Backup")
     for _ in range(3):
         assert (plc["Backup.AlarmGroup"], plc["Backup.AlarmCategory"]) == (6, 255)
         plc.scan()
-    plc["Backup.Execute"] = False
-    plc.scan()
+    plc.change("Backup.Execute", to=False)
     assert (plc["Backup.Error"], plc["Backup.AlarmGroup"], plc["Backup.AlarmCategory"]) == (
         *(False, 0, 0),
     )
@@ -239,13 +231,7 @@ def test_all_shifts_and_all_hands_fit_into_a_record(plc: PointsBench) -> None:
     for kind, code, count in (("SHIFTS", 0x10C, 40), ("HANDS", 0x4110, 32)):
         for number in range(count):
             plc.stored[code, number] = _wide([0, 0, number])
-        inputs: dict[str, Any] = {
-            "Kind": f"DATA_{kind}",
-            "First": 0,
-            "Count": count,
-            "RobotNumber": 4,
-        }
-        assert plc.run("Backup", **inputs) == 0
+        assert plc.run("Backup", Kind=f"DATA_{kind}", First=0, Count=count, RobotNumber=4) == 0
         assert [plc.row(k + 1)[2][0] for k in range(count)] == list(range(count))
 
 
@@ -262,14 +248,7 @@ def test_resume_goes_on_behind_the_rows_that_were_taken(plc: PointsBench) -> Non
     plc.refuses.clear()
     plc.sent.clear()
     # what the pins say now is of no account
-    again: dict[str, Any] = {
-        "Resume": True,
-        "First": 77,
-        "Count": 2,
-        "Kind": "DATA_SHIFTS",
-        "RobotNumber": 9,
-    }
-    assert plc.run("Backup", **again) == 0
+    assert plc.run("Backup", Resume=True, First=77, Count=2, Kind="DATA_SHIFTS", RobotNumber=9) == 0
     assert [words[:3] for words in plc.sent] == [[0x101, 0, n] for n in (13, 14, 15)]
     assert (plc["Head"], [plc.row(k) for k in range(1, 7)]) == whole
 
@@ -311,19 +290,10 @@ def test_a_refused_start_leaves_the_record_that_was_begun(plc: PointsBench) -> N
 def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     """Source: PLCopen, edge-triggered blocks."""
     plc["Backup.First"], plc["Backup.Count"] = 20, 2
-    plc["Backup.Execute"] = True
-    plc.scan()
-    others: dict[str, Any] = {
-        "First": 0,
-        "Count": 9,
-        "Kind": "DATA_PALLETS",
-        "RobotNumber": 3,
-        "Resume": True,
-    }
-    for name, value in others.items():
-        plc[f"Backup.{name}"] = value
-    plc["Backup.Execute"] = False
-    plc.scan()
+    plc.change("Backup.Execute", to=True)
+    plc["Backup.First"], plc["Backup.Count"], plc["Backup.RobotNumber"] = 0, 9, 3
+    plc["Backup.Kind"], plc["Backup.Resume"] = "DATA_PALLETS", True
+    plc.change("Backup.Execute", to=False)
     plc["Backup.Execute"] = True  # an edge while it is Busy
     plc.scan_until(lambda: not plc["Backup.Busy"])
     assert plc["Backup.Done"] is True
@@ -338,10 +308,8 @@ def test_a_pulse_of_execute_is_enough_and_the_first_command_goes_out_at_once(
     Source: PLCopen, edge-triggered blocks; guide chapter 2
     """
     plc["Backup.Count"] = 3
-    plc["Backup.Execute"] = True
-    plc.scan()
-    plc["Backup.Execute"] = False
-    plc.scan()
+    plc.change("Backup.Execute", to=True)
+    plc.change("Backup.Execute", to=False)
     assert plc.sent == [[0x101, *[0] * 15]]
     assert plc["Backup.Active"] is True
     taken = 0
@@ -369,18 +337,15 @@ def test_a_row_is_taken_in_one_scan_only(plc: PointsBench) -> None:
 
 def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench) -> None:
     """Source: manual chapter 1, 5.2."""
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: plc["Backup.Row"] == 3)
-    plc["Connected"] = False
-    plc.scan(3)
+    plc.scan_until(lambda: plc["Backup.Row"] == 3, execute="Backup")
+    plc.change("Connected", to=False, scans=3)
     assert plc["Backup.ErrorID"] == 0x8001
     plc["Connected"] = True
     asked = len(plc.sent)
     plc.scan(60)
     assert plc["Backup.ErrorID"] == 0x8001
     assert len(plc.sent) == asked
-    plc["Backup.Execute"] = False
-    plc.scan(2)
+    plc.change("Backup.Execute", to=False, scans=2)
     assert plc.run("Backup", Resume=True) == 0
     assert [words[2] for words in plc.sent[asked:]] == list(range(3, 100))
 
@@ -390,10 +355,7 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
 def test_a_controller_that_is_gone_or_not_ready_ends_it_in_the_same_scan(
     plc: PointsBench, between: bool, error: int
 ) -> None:
-    """While a command is out, and between two of them.
-
-    Source: docs/reference/errors.md, 16#8001 and 16#8002
-    """
+    """Source: docs/reference/errors.md, 16#8001 and 16#8002."""
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
     if error == 0x8001:
@@ -406,12 +368,9 @@ def test_a_controller_that_is_gone_or_not_ready_ends_it_in_the_same_scan(
 
 def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
     """The next row is not asked for, though the link is there again."""
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Backup.Taken"]))
-    plc["Connected"] = False
-    plc.scan()
-    plc["Connected"] = True
-    plc.scan(20)
+    plc.scan_until(lambda: bool(plc["Backup.Taken"]), execute="Backup")
+    plc.change("Connected", to=False)
+    plc.change("Connected", to=True, scans=20)
     assert plc["Backup.ErrorID"] == 0x8001
     assert [words[2] for words in plc.sent] == [0]
 
@@ -427,8 +386,7 @@ def test_while_it_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench)
     plc.stored[0x100, 10] = POINT_50
     assert plc.run("Backup", First=10, Count=1) == 0
     plc.silent = True
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Restore.Active"]))
+    plc.scan_until(lambda: bool(plc["Restore.Active"]), execute="Restore")
     plc["Backup.Execute"] = True
     for _ in range(5):
         plc.scan()
@@ -438,48 +396,9 @@ def test_while_it_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench)
     assert plc["Restore.Active"] is False
 
 
-@pytest.mark.parametrize("between", [False, True])
-def test_a_scan_without_a_call_ends_it(plc: PointsBench, between: bool) -> None:
-    """While a command is out, and between two of them.
-
-    Source: docs/explanation/scan-model.md, one scan
-    """
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
-    asked = len(plc.sent)
-    plc["CallBackup"] = False
-    plc.scan()
-    plc["CallBackup"] = True
-    plc.scan(10)
-    assert plc["Backup.ErrorID"] == 0x8013
-    assert len(plc.sent) <= asked + (not between)
-    plc["Backup.Execute"] = False
-    plc.scan(10)
-    assert plc.run("Backup", Count=2) == 0
-
-
-@pytest.mark.parametrize("between", [False, True])
-def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, between: bool) -> None:
-    """Source: docs/explanation/scan-model.md, one scan."""
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
-    plc["CallTwice"] = True
-    plc.scan()
-    assert plc["Backup.ErrorID"] == 0x8016
-    plc["CallTwice"] = False
-    asked = len(plc.sent)
-    plc.scan(10)
-    assert len(plc.sent) <= asked + 1
-    assert plc["Backup.ErrorID"] == 0x8016
-    plc["Backup.Execute"] = False
-    plc.scan(10)
-    assert plc.run("Backup", Count=2) == 0
-
-
 def test_with_done_number_is_the_first_of_the_next_record(plc: PointsBench) -> None:
     plc["Backup.First"], plc["Backup.Count"] = 7, 1
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Backup.Done"]))
+    plc.scan_until(lambda: bool(plc["Backup.Done"]), execute="Backup")
     assert plc["Backup.Number"] == 8
 
 

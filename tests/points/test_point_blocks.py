@@ -25,8 +25,7 @@ def test_a_link_that_is_there_in_the_scan_after_the_edge_was_in_time(
 ) -> None:
     """Source: the head of FB_RcxJob: it ends at the earliest in the call after the first one."""
     plc["Connected"] = False
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     plc["Connected"] = True
     plc.scan_until(lambda: not plc[f"{block}.Busy"])
     assert plc[f"{block}.ErrorID"] == 0
@@ -44,10 +43,7 @@ def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench, bloc
 def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
     plc: PointsBench, block: str
 ) -> None:
-    """500 scans of 10 ms from its turn on; the backup gets its turn in the first scan.
-
-    Source: FB_PointBackup.md, FB_PointRestore.md, Timeout.
-    """
+    """Source: FB_PointBackup.md, FB_PointRestore.md, Timeout."""
     plc.silent = True
     plc[f"{block}.Execute"] = True
     plc.scan_until(lambda: bool(plc[f"{block}.Active"]), most=1 if block == "Backup" else 20)
@@ -63,8 +59,7 @@ def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(
 ) -> None:
     """Source: PLCopen, edge-triggered blocks."""
     plc.refuses[11] = (12, 76)
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     plc[f"{block}.Execute"] = False
     plc.scan_until(lambda: bool(plc[f"{block}.Error"]))
     assert (plc[f"{block}.ErrorID"], plc[f"{block}.AlarmGroup"]) == (0x8020, 12)
@@ -78,18 +73,51 @@ def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(
 def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
     plc: PointsBench, block: str, answered: bool
 ) -> None:
-    """Nothing is left of the command that failed, or that was not answered.
-
-    Source: PLCopen, edge-triggered blocks
-    """
+    """Source: PLCopen, edge-triggered blocks."""
     plc.refuses[11] = (12, 76)
     plc.silent = not answered
     plc[f"{block}.Timeout"] = "T#200ms"
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     plc[f"{block}.Execute"] = False
     plc.scan_until(lambda: bool(plc[f"{block}.Error"]))
     assert plc[f"{block}.ErrorID"] == (0x8020 if answered else 0x8011)
     plc.refuses.clear()
     plc.silent = False
+    assert plc.run(block) == 0
+
+
+@pytest.mark.parametrize(
+    ("call", "to", "error"),
+    [("CallBackup", False, 0x8013), ("CallTwice", True, 0x8016)],
+    ids=["no call", "two calls"],
+)
+@pytest.mark.parametrize(
+    ("block", "pin", "value"),
+    [
+        ("Backup", "Active", True),
+        ("Backup", "Taken", True),
+        ("Restore", "Row", 3),
+        ("Restore", "Active", True),
+        ("Restore", "Number", 11),
+    ],
+)
+def test_a_scan_without_a_call_or_with_two_ends_it(
+    plc: PointsBench, block: str, pin: str, value: int, call: str, to: bool, error: int
+) -> None:
+    """While it checks, while a command is out, and between two of them.
+
+    Source: docs/explanation/scan-model.md, one scan
+    """
+    plc[f"{block}.Execute"] = True
+    if pin == "Number":
+        plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: plc[f"{block}.{pin}"] == value)
+    sent = len(plc.sent)
+    plc.change(call, to=to)
+    plc.change(call, to=not to, scans=10)
+    assert plc[f"{block}.ErrorID"] == error
+    assert len(plc.sent) <= sent + (to or pin == "Active")
+    if block == "Restore":
+        assert plc["Restore.Row"] == (2 if pin == "Number" else 1)
+    plc.change(f"{block}.Execute", to=False, scans=10)
     assert plc.run(block) == 0

@@ -16,7 +16,7 @@ from rcx_harness import Cell
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
 from rcx_harness.robot import Controller, RobotConfig
-from rcx_harness.robot.memory import Memory
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.stored import Hand, Pallet, Point
 from structured_text.engines import build
 from structured_text.projects.needed import needed
@@ -94,10 +94,7 @@ def _run(cell: Cell, block: str, **inputs: object) -> object:
 
 @pytest.mark.parametrize("kind", list(_CODES))
 def test_what_one_controller_has_another_one_gets_without_a_loss(kind: str) -> None:
-    """The largest numbers and all flags: nothing is rounded.
-
-    Source: guide 4.3.1 to 4.3.5
-    """
+    """The largest numbers and all flags: nothing is rounded. Source: guide 4.3.1 to 4.3.5."""
     old, new = _cell(_STORED), _cell(RobotConfig(points={}))
     assert _run(old, "Backup", Kind=kind, First=0, Count=8) == 0
     for name in ("Rows", "Head"):

@@ -37,13 +37,7 @@ def test_what_was_read_is_written_with_the_telegram_of_the_manual(
     """Source: guide 4.3.1 to 4.3.5, the examples of the definitions."""
     words = [words[0], 0 if code != 0x108 else words[1], *words[2:]]
     plc.stored[code, number] = words
-    inputs: dict[str, Any] = {
-        "Kind": f"DATA_{kind}",
-        "RobotNumber": robot,
-        "First": number,
-        "Count": 1,
-    }
-    assert plc.run("Backup", **inputs) == 0
+    assert plc.run("Backup", Kind=f"DATA_{kind}", RobotNumber=robot, First=number, Count=1) == 0
     plc.stored.clear()
     plc.sent.clear()
     assert plc.run("Restore") == 0
@@ -101,8 +95,7 @@ def test_nothing_is_written_from_a_record_that_was_changed(
 
 def test_the_robot_of_hands_belongs_to_therecord(plc: PointsBench) -> None:
     plc.stored[0x1110, 0] = [0, 0, 5, *[0] * 11]
-    inputs: dict[str, Any] = {"Kind": "DATA_HANDS", "RobotNumber": 1, "First": 0, "Count": 1}
-    assert plc.run("Backup", **inputs) == 0
+    assert plc.run("Backup", Kind="DATA_HANDS", RobotNumber=1, First=0, Count=1) == 0
     plc["Head.RobotNumber"] = 2
     assert plc.run("Restore") == 0x8068
 
@@ -139,10 +132,8 @@ def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: Po
     """No row is left out, though it had looked at others already."""
     record(plc, count=9)
     plc["Restore.FirstRow"] = 2
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: plc["Restore.Row"] == 7)
-    plc["Connected"] = False
-    plc.scan()
+    plc.scan_until(lambda: plc["Restore.Row"] == 7, execute="Restore")
+    plc.change("Connected", to=False)
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
     assert plc["Restore.Number"] == 11, "row 1 is point 10"
 
@@ -153,10 +144,8 @@ def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
 ) -> None:
     """Source: docs/reference/errors.md, 16#8002."""
     record(plc, count=9)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: plc["Restore.Row"] == row)
-    plc.outputs(SO01=False)
-    plc.scan()
+    plc.scan_until(lambda: plc["Restore.Row"] == row, execute="Restore")
+    plc.outputs(SO01=False, scans=1)
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8002, 1)
     assert plc["Restore.Number"] == 10
 
@@ -216,8 +205,7 @@ def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) ->
 def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> None:
     """Source: docs/reference/blocks/FB_PointRestore.md, Number; point 10 is in row 1."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
     seen = []
     while plc["Restore.Busy"]:
         seen.append((plc["Restore.Row"], plc["Restore.Number"]))
@@ -237,11 +225,9 @@ def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
     """
     record(plc)
     plc["Restore.FirstRow"], plc["Restore.CompareOnly"] = first, compares
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Restore.Done"]))
+    plc.scan_until(lambda: bool(plc["Restore.Done"]), execute="Restore")
     assert (plc["Restore.Row"], plc["Restore.Number"]) == (1, 10)
-    plc["Restore.Execute"] = False
-    plc.scan(3)
+    plc.change("Restore.Execute", to=False, scans=3)
     assert plc["Restore.Row"] == 1
     plc.stored.clear()
     plc.sent.clear()
@@ -265,8 +251,7 @@ def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
             named.append((plc["Restore.LastDifferent"], plc["Restore.Differences"]))
     assert named == [(11, 1), (12, 2), (13, 3)]
     assert plc["Restore.Done"] is True
-    plc["Restore.Execute"] = False
-    plc.scan(3)
+    plc.change("Restore.Execute", to=False, scans=3)
     # and a comparison of what is equal again begins from nothing
     assert plc.run("Restore", CompareOnly=False) == 0
     assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (0, -1)
@@ -274,10 +259,7 @@ def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
 
 
 def test_pallets_and_comments_are_compared_as_they_are_stored(plc: PointsBench) -> None:
-    """Zeros or spaces behind a comment are the same comment.
-
-    Source: guide 4.3.2
-    """
+    """Zeros or spaces behind a comment are the same comment. Source: guide 4.3.2."""
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0x2020] * 7, 0, 0, 0, 0]
     assert plc.run("Backup", Kind="DATA_COMMENTS", First=3, Count=1) == 0
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0] * 11]
@@ -302,8 +284,7 @@ def test_it_stops_on_the_point_that_is_refused_and_goes_on_there(plc: PointsBenc
 def test_the_alarm_of_a_write_is_never_taken_for_a_missing_point(plc: PointsBench) -> None:
     record(plc)
     plc.refuses[10] = (6, 204)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Restore.Error"]))
+    plc.scan_until(lambda: bool(plc["Restore.Error"]), execute="Restore")
     assert plc["Restore.ErrorID"] == 0x8020
     plc.scan(2)
     assert (plc["Restore.AlarmGroup"], plc["Restore.AlarmCategory"]) == (6, 204)
@@ -312,16 +293,12 @@ def test_the_alarm_of_a_write_is_never_taken_for_a_missing_point(plc: PointsBenc
 def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench) -> None:
     """Source: manual chapter 1, 5.2."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: len(plc.sent) == 2)
-    plc["Connected"] = False
-    plc.scan(3)
+    plc.scan_until(lambda: len(plc.sent) == 2, execute="Restore")
+    plc.change("Connected", to=False, scans=3)
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
-    plc["Connected"] = True
-    plc.scan(60)
+    plc.change("Connected", to=True, scans=60)
     assert len(plc.sent) == 2
-    plc["Restore.Execute"] = False
-    plc.scan(2)
+    plc.change("Restore.Execute", to=False, scans=2)
     assert plc.run("Restore", FirstRow=2) == 0
     assert [words[2] for words in plc.sent] == [10, 11, 11, 12, 13]
 
@@ -329,14 +306,11 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
 def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
     """The next row is not written, though the link is there again. Source: as above."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Connected", to=False)
     assert plc["Restore.ErrorID"] == 0x8001
-    plc["Connected"] = True
-    plc.scan(20)
+    plc.change("Connected", to=True, scans=20)
     assert [words[2] for words in plc.sent] == [10]
 
 
@@ -344,14 +318,11 @@ def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> Non
     """Source: PLCopen, edge-triggered blocks."""
     record(plc)
     plc["Restore.FirstRow"] = 3
-    plc["Restore.Execute"] = True
-    plc.scan()
+    plc.change("Restore.Execute", to=True)
     plc["Restore.FirstRow"], plc["Restore.CompareOnly"] = 1, True
     plc["Head.Count"], plc["Head.First"], plc["Head.Checksum"] = 1, 90, 0
-    plc["Restore.Execute"] = False
-    plc.scan()
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: not plc["Restore.Busy"])
+    plc.change("Restore.Execute", to=False)
+    plc.scan_until(lambda: not plc["Restore.Busy"], execute="Restore")
     assert plc["Restore.Done"] is True
     assert [words[:3] for words in plc.sent] == [[0x100, 1, 12], [0x100, 1, 13]]
 
@@ -359,8 +330,7 @@ def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> Non
 def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
     """Source: PLCopen, edge-triggered blocks."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan()
+    plc.change("Restore.Execute", to=True)
     plc["Restore.Execute"] = False
     plc.scan_until(lambda: bool(plc["Restore.Done"]))
     plc.scan(10)
@@ -386,8 +356,7 @@ def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBe
 def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: PointsBench) -> None:
     """Source: guide chapter 2: data and code are held unchanged until the end."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
     plc["Rows[1].Defined"] = False
     plc["Rows[1].Values[1]"] = 7
     plc.silent = True
@@ -405,8 +374,7 @@ def test_a_row_that_changes_while_it_waits_for_its_turn_is_written_as_it_was(
     record(plc)
     plc.silent = True
     plc.refuses[500] = (12, 76)
-    plc["Restore.Execute"] = True
-    plc.scan()
+    plc.change("Restore.Execute", to=True)
     plc["Backup.First"], plc["Backup.Count"], plc["Backup.Execute"] = 500, 1, True
     plc.scan(10)
     assert (plc["Restore.Busy"], plc["Restore.Active"]) == (True, False)
@@ -442,50 +410,3 @@ def test_after_a_head_that_was_refused_another_one_is_taken(plc: PointsBench) ->
     plc["Head.Count"] = 4
     assert plc.run("Restore") == 0
     assert len(plc.sent) == 4
-
-
-@pytest.mark.parametrize("when", ["Row", "Active", "Number"])
-def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
-    """While it checks, while a command is out, and between two of them.
-
-    Source: docs/explanation/scan-model.md, one scan
-    """
-    record(plc)
-    plc["Restore.Execute"] = True
-    wanted = {"Row": 3, "Active": True, "Number": 11}[when]
-    if when == "Number":
-        plc.scan_until(lambda: len(plc.sent) == 1)
-    plc.scan_until(lambda: plc[f"Restore.{when}"] == wanted)
-    plc["CallBackup"] = False
-    plc.scan()
-    plc["CallBackup"] = True
-    asked = len(plc.sent)
-    for _ in range(10):
-        plc.scan()
-        assert plc["Restore.Row"] == {"Row": 1, "Active": 1, "Number": 2}[when]
-    assert plc["Restore.ErrorID"] == 0x8013
-    assert len(plc.sent) <= asked + (when == "Active")
-    plc["Restore.Execute"] = False
-    plc.scan(10)
-    assert plc.run("Restore") == 0
-
-
-@pytest.mark.parametrize("when", ["Row", "Active", "Number"])
-def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, when: str) -> None:
-    """Source: docs/explanation/scan-model.md, one scan."""
-    record(plc)
-    plc["Restore.Execute"] = True
-    wanted = {"Row": 3, "Active": True, "Number": 11}[when]
-    if when == "Number":
-        plc.scan_until(lambda: len(plc.sent) == 1)
-    plc.scan_until(lambda: plc[f"Restore.{when}"] == wanted)
-    plc["CallTwice"] = True
-    plc.scan()
-    plc["CallTwice"] = False
-    asked = len(plc.sent)
-    plc.scan(10)
-    assert plc["Restore.ErrorID"] == 0x8016
-    assert len(plc.sent) <= asked + 1
-    plc["Restore.Execute"] = False
-    plc.scan(10)
-    assert plc.run("Restore") == 0

@@ -74,9 +74,7 @@ def panel(request: pytest.FixtureRequest) -> _Panel:
     return _Panel(request.param)
 
 
-def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(
-    panel: _Panel,
-) -> None:
+def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(panel: _Panel) -> None:
     """After all rows were saved, and compared: the restore writes all, a backup says 16#8069.
 
     Source: docs/how-to/points.md, In the PLC; docs/reference/errors.md, 16#8069
@@ -98,10 +96,7 @@ def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(
 
 
 def test_go_on_goes_on_where_a_restore_stopped_and_nowhere_else(panel: _Panel) -> None:
-    """Not where a comparison stopped, and not after the record was saved anew.
-
-    Source: docs/how-to/points.md, In the PLC
-    """
+    """Source: docs/how-to/points.md, In the PLC."""
     assert panel.press("Save", "Backup") == 0
     panel["GoOn"] = True
     panel.refuses[40] = (12, 76)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import pytest
 
-from plc_bench import LIBRARY
+from plc_bench import compiled
 from scara_bench import ON_BOTH
-from structured_text.engines import build
-from structured_text.projects.needed import needed
 
 _ANGLE = """PROGRAM Angles
   VAR
@@ -22,14 +19,12 @@ END_PROGRAM
 
 
 @ON_BOTH
-def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(engine: str, tmp_path: Path) -> None:
+def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(engine: str) -> None:
     """The tangent of 30 degrees is 0.57735; a vector without a length has the angle 0.
 
     Source: head of FC_RcxAngle
     """
-    file = tmp_path / "Angles.st"
-    file.write_text(_ANGLE, encoding="utf-8")
-    program = build([file, *needed([file], LIBRARY)], engine).program
+    program = compiled(_ANGLE, engine)
     for along, across, angle in (
         (0.0, 0.0, 0.0),
         (2.0, 0.0, 0.0),
@@ -65,14 +60,12 @@ END_PROGRAM
 
 
 @ON_BOTH
-def test_an_angle_without_its_whole_turns_is_exact(engine: str, tmp_path: Path) -> None:
+def test_an_angle_without_its_whole_turns_is_exact(engine: str) -> None:
     """Half a turn stays what it is; half a turn and whole ones are 180.
 
     Source: head of FC_RcxHalfTurn
     """
-    file = tmp_path / "HalfTurns.st"
-    file.write_text(_HALF_TURNS, encoding="utf-8")
-    program = build([file, *needed([file], LIBRARY)], engine).program
+    program = compiled(_HALF_TURNS, engine)
     for angle, rest in (
         (0.0, 0.0),
         (180.0, 180.0),

@@ -52,10 +52,7 @@ def test_the_nearest_limit_of_any_axis_counts(
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("axis", range(6))
 def test_only_the_axes_that_are_chosen_count(engine: str, axis: int) -> None:
-    """Bit 0 is axis 1; what is wrong with the others does not matter.
-
-    Source: comment of Axes
-    """
+    """Bit 0 is axis 1; what is wrong with the others does not matter. Source: comment of Axes."""
     low, high, pulses = [5] * 6, [-5] * 6, [2 * _MOST] * 6
     low[axis], high[axis], pulses[axis] = -1000, 1000, 700
     area = _area(engine, Axes=1 << axis, Low=low, High=high)

@@ -56,13 +56,9 @@ def plc(request: pytest.FixtureRequest, tmp_path: Path) -> PlcBench:
     plc.power_up()
     plc.scan(3)
     plc.so[52:56] = (90_000).to_bytes(4, "little")  # SOW(26)
-    plc["Output.Execute"] = True
-    plc.scan_until(lambda: plc.words[0] == 0x0703)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
-    plc["Enable"] = True
-    plc.scan(2)
+    plc.scan_until(lambda: plc.words[0] == 0x0703, execute="Output")
+    plc.complete()
+    plc.change("Enable", to=True, scans=2)
     return plc
 
 
@@ -83,19 +79,15 @@ def test_after_a_loss_the_words_count_for_nothing_until_the_output_is_enabled_ag
 
     Source: docs/how-to/position.md, Age
     """
-    plc["Output.Execute"] = held
-    plc.scan(2)
+    plc.change("Output.Execute", to=held, scans=2)
     plc["Connected"] = lost != "link"
-    plc.outputs(SO01=lost == "link")
-    plc.scan()
+    plc.outputs(SO01=lost == "link", scans=1)
     assert plc["Position.Valid"] is False
     plc["Connected"] = True
     plc.outputs(SO01=True)
     plc.so[48:56] = bytes(8)
-    plc["Enable"] = False
-    plc.scan()
-    plc["Enable"] = True
-    plc.scan(2)
+    plc.change("Enable", to=False)
+    plc.change("Enable", to=True, scans=2)
     assert (plc["Position.Valid"], plc["Position.Busy"]) == (False, True)
     plc.scan_until(lambda: plc.words[0] == 0x0506, most=40)  # it asks instead
     assert plc["Position.Valid"] is False

@@ -153,8 +153,7 @@ def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
 
 @ON_BOTH
 @pytest.mark.parametrize(
-    ("data", "place"),
-    [((100, 0, 20), (0, 500, 20, 90)), ((0, 100, 0), (-100, 400, 0, 90))],
+    ("data", "place"), [((100, 0, 20), (0, 500, 20, 90)), ((0, 100, 0), (-100, 400, 0, 90))]
 )
 def test_a_hand_on_the_r_axis_turns_with_it(
     engine: str, data: tuple[float, ...], place: tuple[float, ...]
@@ -363,10 +362,7 @@ def test_pulses_of_before_do_not_stay_in_an_error_which_goes_with_its_cause() ->
 
 
 def test_the_arm_is_right_handed_unless_it_is_said() -> None:
-    """At x = 0 and the diagonal of a right angle.
-
-    Source: comment of HandSystem
-    """
+    """At x = 0 and the diagonal of a right angle. Source: comment of HandSystem."""
     block = scara("Inverse", "auto")
     with_arm(block, {})
     block["Block.PositionMm"] = [0.0, 285.044, 5.0, 90.0, 0.0, 0.0]
@@ -375,10 +371,7 @@ def test_the_arm_is_right_handed_unless_it_is_said() -> None:
 
 
 def test_axes_5_and_6_do_not_count() -> None:
-    """Neither of the position nor of the arm.
-
-    Source: comments of RCX_SCARA and of PositionMm
-    """
+    """Neither of the position nor of the arm. Source: comments of RCX_SCARA and of PositionMm."""
     much = [0, 0, 0, 0, 2_100_000_000, -2_100_000_000]
     joints, error = inverse([-175, 225, 10, 180, 9000.0, -9000.0], "HAND_RIGHT", Zero=much)
     assert error == 0
@@ -429,7 +422,7 @@ def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
 
 @ON_BOTH
 def test_both_agree_with_the_model_of_the_controller(engine: str) -> None:
-    """A few hundred poses of all models, with hands and shifts, in the bounds of the heads.
+    """Check the bounds that the heads state.
 
     Source: heads of FB_ScaraForward and FB_ScaraInverse; harness/rcx_harness/robot/kinematics.py
     """

@@ -37,9 +37,7 @@ def _ms(plc: PlcBench) -> float:
 def _read(plc: PlcBench, place: list[int] | None = None) -> None:
     """Wait for the command, answer it at once, and reset the status."""
     plc.scan_until(lambda: plc.words[0] & 0x0FFF == 0x0506)
-    plc.answer(0x0200, [0, 0, *(place or _PLACE)])
-    plc.scan()
-    plc.answer(0)
+    plc.complete(0x0200, [0, 0, *(place or _PLACE)])
 
 
 def _watching(engine: str = "auto", **pins: Any) -> PlcBench:
@@ -56,18 +54,15 @@ def test_the_first_position_is_read_at_once(engine: str, before: int) -> None:
     """Source: remote command guide 4.7.4, millimeter units."""
     plc = _plc(engine, RobotNumber=3)
     plc.scan(before)
-    plc["Position.Enable"] = True
-    plc.scan()
+    plc.change("Position.Enable", to=True)
     assert (plc["Position.Busy"], plc["Position.Valid"]) == (True, False)
     plc.scan()
     assert plc.words == [0x3506, *[0] * 15]
-    plc.answer(0x0200, [0, 0, *_PLACE])
-    plc.scan()
+    plc.answer(0x0200, [0, 0, *_PLACE], scans=1)
     assert (plc["Position.Busy"], plc["Position.Valid"]) == (False, True)
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
     assert plc["Position.HandSystem"] == "HAND_RIGHT"
-    plc.answer(0)
-    plc.scan(20)
+    plc.answer(0, scans=20)
     assert plc["Position.Valid"], "in every scan"
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
 
@@ -100,11 +95,9 @@ def test_the_age_counts_from_before_the_command_goes_out(engine: str) -> None:
     plc.scan(2)
     assert plc.words[0] == 0x0506
     plc.scan(5)
-    plc.answer(0x0200, [0, 0, *_PLACE])
-    plc.scan()
+    plc.answer(0x0200, [0, 0, *_PLACE], scans=1)
     assert _ms(plc) == pytest.approx(70)
-    plc.answer(0)
-    plc.scan(3)
+    plc.answer(0, scans=3)
     assert _ms(plc) == pytest.approx(100)
 
 
@@ -116,11 +109,8 @@ def test_a_turn_that_comes_late_makes_no_age() -> None:
     plc = _plc()
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(2)
-    plc["Position.Enable"] = True
-    plc.scan(30)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    plc.change("Position.Enable", to=True, scans=30)
+    plc.complete()
     _read(plc)
     assert _ms(plc) == pytest.approx(30)
 
@@ -133,8 +123,7 @@ def test_it_is_read_again_after_the_period(period: int | None) -> None:
     scans = plc.scan_until(lambda: plc.words[0] == 0x0506)
     assert scans == (period or 500) // 10 - 1, "data in the scan of the period, then the code"
     assert _ms(plc) == pytest.approx((period or 500) + 10), "the last position until the answer"
-    plc.answer(0x0200, [0, 0, 4, 5])
-    plc.scan()
+    plc.answer(0x0200, [0, 0, 4, 5], scans=1)
     assert _ms(plc) == pytest.approx(20)
     assert plc["Position.PositionMm"][0] == pytest.approx(0.005)
     assert plc["Position.HandSystem"] == "HAND_LEFT"
@@ -150,9 +139,7 @@ def test_while_a_command_is_out_it_waits_and_the_age_grows() -> None:
     assert plc["Robot.Inner.Command.NextTicket"] - plc["Robot.Inner.Command.Serving"] == 1, (
         "it takes no ticket behind a command that is out"
     )
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    plc.complete()
     _read(plc)
     assert _ms(plc) == pytest.approx(30)
 
@@ -162,13 +149,10 @@ def test_a_chain_of_commands_without_a_gap_is_never_delayed() -> None:
     plc = _watching(Period="T#0ms")
     _read(plc)
     plc["First.Code"], plc["Last.Code"] = 0x0501, 0x0502
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc.words[0] == 0x0501)
+    plc.scan_until(lambda: plc.words[0] == 0x0501, execute="First")
     for name, code in (("Last", 0x0502), ("First", 0x0501)):
-        plc[f"{name}.Execute"] = True
-        plc.scan()
-        plc.answer(0x0200)
-        plc.scan()
+        plc.change(f"{name}.Execute", to=True)
+        plc.answer(0x0200, scans=1)
         plc[f"{'First' if name == 'Last' else 'Last'}.Execute"] = False
         plc.answer(0)
         plc.scan_until(lambda code=code: plc.words[0] == code, most=3)  # type: ignore[misc]
@@ -213,20 +197,17 @@ def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
     """It was asked for before the direct one came; or after it."""
     plc = _plc(Enable=True, DirectMm=[1.0] * 6, Period="T#0ms")
     plc.scan(2)
-    plc["Position.Direct"] = True
-    plc.scan()
+    plc.change("Position.Direct", to=True)
     plc["Position.Direct"] = False
     _read(plc)
     assert plc["Position.PositionMm"] == [1] * 6
     assert _ms(plc) == pytest.approx(20)
     _read(plc)
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
-    plc["Position.Direct"] = True
-    plc.scan()
+    plc.change("Position.Direct", to=True)
     plc["Position.Direct"] = False
     plc.scan_until(lambda: plc.words[0] == 0x0506)
-    plc.answer(0x0200, [0, 0, 2, 7])
-    plc.scan()
+    plc.answer(0x0200, [0, 0, 2, 7], scans=1)
     assert plc["Position.PositionMm"][0] == pytest.approx(0.007), "asked for in the same scan"
 
 
@@ -235,11 +216,9 @@ def test_a_reading_whose_turn_begins_in_the_scan_of_a_direct_position_is_not_old
     plc = _plc(DirectMm=[1.0] * 6, Period="T#10s")
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(2)
-    plc["Position.Enable"] = True
-    plc.scan()
+    plc.change("Position.Enable", to=True)
     assert plc["Position.Busy"]
-    plc["Position.Direct"] = True
-    plc.scan(5)
+    plc.change("Position.Direct", to=True, scans=5)
     plc.answer(0x0200)
     plc.scan_until(lambda: bool(plc["Position.Reading.Active"]), most=1)
     plc.answer(0)
@@ -252,17 +231,14 @@ def test_a_reading_whose_turn_begins_in_the_scan_of_a_direct_position_is_not_old
 def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
     plc = _plc(Enable=True)
     plc.scan(2)
-    plc.answer(0x4000, [4, 2])
-    plc.scan()
-    plc.answer(0)
+    plc.complete(0x4000, [4, 2])
     for _ in range(100):
         assert (plc["Position.Error"], plc["Position.ErrorID"]) == (True, 0x8020)
         assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
         assert not plc["Position.Valid"]
         plc.scan()
         assert not any(plc.words), "it does not start again by itself"
-    plc["Position.Enable"] = False
-    plc.scan()
+    plc.change("Position.Enable", to=False)
     shown = [plc[f"Position.{pin}"] for pin in ("Error", "ErrorID", "AlarmGroup", "AlarmCategory")]
     assert shown == [False, 0, 0, 0]
     plc["Position.Enable"] = True
@@ -284,13 +260,11 @@ def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
         _read(plc) if not direct else None
         plc.scan(moment)
     plc["Connected"] = lost != "link"
-    plc.outputs(SO01=lost == "link")
-    plc.scan()
+    plc.outputs(SO01=lost == "link", scans=1)
     assert (plc["Position.ErrorID"], plc["Position.Valid"]) == (error, False)
     plc["Connected"] = True
     plc.outputs(SO01=True)
-    plc.answer(0)
-    plc.scan(100)
+    plc.answer(0, scans=100)
     assert plc["Position.ErrorID"] == error
     assert not any(plc.words)
 
@@ -309,7 +283,7 @@ def test_the_robot_is_in_the_code(number: int) -> None:
 def test_a_direct_position_that_no_controller_answers_is_an_error(
     engine: str, k: int, value: float
 ) -> None:
-    """Beyond a double word of 0.001 mm, or no number; until Enable falls, as any error.
+    """Beyond a double word of 0.001 mm, or no number; the error stays until Enable falls.
 
     Source: docs/reference/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
     """
@@ -318,18 +292,14 @@ def test_a_direct_position_that_no_controller_answers_is_an_error(
     assert plc["Position.Valid"] is True
     place = [1.0] * 6
     place[k] = value
-    plc["Position.DirectMm"] = place
-    plc.scan()
+    plc.change("Position.DirectMm", to=place)
     shown = [plc[f"Position.{pin}"] for pin in ("Valid", "Error", "ErrorID")]
     assert shown == [False, True, 0x8047]
     assert plc["Position.PositionMm"] == [1.0] * 6
-    plc["Position.DirectMm"] = [2.0] * 6
-    plc.scan(3)
+    plc.change("Position.DirectMm", to=[2.0] * 6, scans=3)
     assert plc["Position.ErrorID"] == 0x8047
-    plc["Position.Enable"] = False
-    plc.scan()
-    plc["Position.Enable"] = True
-    plc.scan()
+    plc.change("Position.Enable", to=False)
+    plc.change("Position.Enable", to=True)
     assert (plc["Position.Valid"], plc["Position.PositionMm"]) == (True, [2.0] * 6)
 
 
@@ -340,32 +310,24 @@ def test_a_reading_that_ends_later_does_not_take_the_place_of_the_first_error() 
         plc.scan(2)
         plc["Position.DirectMm"], plc["Position.Direct"] = [math.nan] * 6, True
         plc.scan(2)
-        plc.answer(0x4000 if words == [4, 2] else 0x0200, words)
-        plc.scan(2)
-        plc.answer(0)
-        plc.scan(3)
+        plc.answer(0x4000 if words == [4, 2] else 0x0200, words, scans=2)
+        plc.answer(0, scans=3)
         shown = [plc[f"Position.{pin}"] for pin in ("ErrorID", "AlarmGroup", "Valid")]
         assert shown == [0x8047, 0, False]
         assert plc["Position.PositionMm"] == [0] * 6
 
 
 def test_a_reading_that_waits_is_withdrawn_by_an_error() -> None:
-    """Nothing goes out for who shows an error already.
-
-    Source: docs/reference/blocks.md, the contract: an error ends the work.
-    """
+    """Source: docs/reference/blocks.md, the contract: an error ends the work."""
     plc = _plc()
     plc["First.Code"], plc["First.Execute"], plc["First.Timeout"] = 0x0501, True, "T#0s"
     plc.scan_until(lambda: plc.words[0] == 0x0501)
-    plc["Position.Enable"] = True
-    plc.scan(2)
+    plc.change("Position.Enable", to=True, scans=2)
     plc["Position.DirectMm"], plc["Position.Direct"] = [math.nan] * 6, True
     plc.scan(2)
     assert plc["Position.ErrorID"] == 0x8047
     plc["First.Execute"] = False
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    plc.complete()
     for _ in range(10):
         plc.scan()
         assert plc.words[0] in (0, 0x0501)
@@ -390,8 +352,7 @@ def test_a_direct_position_counts_for_nothing_without_direct() -> None:
 def test_without_enable_it_shows_nothing_whatever_its_pins_and_the_link_are() -> None:
     plc = _plc(Direct=True, DirectMm=[1.0] * 6, RobotNumber=5)
     for connected in (True, False, True):
-        plc["Connected"] = connected
-        plc.scan(5)
+        plc.change("Connected", to=connected, scans=5)
         shown = [plc[f"Position.{pin}"] for pin in ("Valid", "Busy", "Error", "ErrorID")]
         assert shown == [False, False, False, 0]
         assert plc["Position.PositionMm"] == [0] * 6
@@ -401,8 +362,7 @@ def test_the_first_error_stays_and_what_is_given_directly_then_counts_for_nothin
     """Source: docs/reference/errors.md, 16#8040; comment of Error: until Enable falls."""
     plc = _plc(Enable=True, RobotNumber=5, DirectMm=[1.0] * 6)
     plc.scan()
-    plc["Connected"] = False
-    plc.scan(3)
+    plc.change("Connected", to=False, scans=3)
     assert plc["Position.ErrorID"] == 0x8040
     plc["Connected"], plc["Position.Direct"] = True, True
     plc.scan(3)
@@ -428,13 +388,10 @@ def test_an_answer_that_does_not_come_ends_it_at_timeout() -> None:
 def test_the_timeout_is_five_seconds_and_brings_no_alarm_of_another_command() -> None:
     """Source: docs/reference/errors.md, 16#8011; comment of AlarmGroup: of an abnormal end."""
     plc = _plc()
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501)
-    plc.answer(0x0200, [4, 2])
-    plc.scan()
+    plc.give("First", 0x0501)
+    plc.answer(0x0200, [4, 2], scans=1)
     plc.answer(0, [4, 2])
-    plc["Position.Enable"] = True
-    plc.scan()
+    plc.change("Position.Enable", to=True)
     scans = plc.scan_until(lambda: bool(plc["Position.Error"]), most=520)
     assert 500 <= scans <= 510
     assert plc["Position.ErrorID"] == 0x8011
@@ -467,8 +424,7 @@ def test_a_reading_of_an_earlier_enable_counts_for_nothing() -> None:
     """It was of another robot; the next one is asked for as soon as it has ended."""
     plc = _plc(Enable=True, RobotNumber=2)
     plc.scan(2)
-    plc["Position.Enable"] = False
-    plc.scan()
+    plc.change("Position.Enable", to=False)
     shown = [plc[f"Position.{pin}"] for pin in ("Valid", "Busy", "Error")]
     assert shown == [False] * 3
     plc["Position.Enable"], plc["Position.RobotNumber"] = True, 3
@@ -486,19 +442,13 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
     """Nobody waits for it any more: the next command goes out as if it had never been."""
     plc = _plc(Enable=True)
     plc.scan()
-    plc["Position.Enable"] = False
-    plc.scan()
+    plc.change("Position.Enable", to=False)
     assert not any(plc.words)
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
-    plc["Position.Enable"] = True
-    plc.scan(5)
-    plc["Position.Enable"] = False
-    plc.scan()
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
-    plc.scan(5)
+    plc.give("First", 0x0501, most=4)
+    plc.change("Position.Enable", to=True, scans=5)
+    plc.change("Position.Enable", to=False)
+    plc.answer(0x0200, scans=1)
+    plc.answer(0, scans=5)
     assert not any(plc.words)
     plc["Position.Enable"] = True
     _read(plc)
@@ -508,13 +458,9 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
 def test_an_error_of_an_earlier_enable_counts_for_nothing() -> None:
     plc = _plc(Enable=True)
     plc.scan(2)
-    plc["Position.Enable"] = False
-    plc.scan()
-    plc["Position.Enable"] = True
-    plc.scan()
-    plc.answer(0x4000, [4, 2])
-    plc.scan()
-    plc.answer(0)
+    plc.change("Position.Enable", to=False)
+    plc.change("Position.Enable", to=True)
+    plc.complete(0x4000, [4, 2])
     assert not plc["Position.Error"]
     _read(plc)
     assert plc["Position.Valid"]
@@ -522,11 +468,9 @@ def test_an_error_of_an_earlier_enable_counts_for_nothing() -> None:
 
 def test_the_position_of_before_is_not_valid_in_the_next_enable() -> None:
     plc = _watching()
-    plc["Position.Enable"] = False
-    plc.scan()
+    plc.change("Position.Enable", to=False)
     assert not plc["Position.Valid"]
-    plc["Position.Enable"] = True
-    plc.scan()
+    plc.change("Position.Enable", to=True)
     assert (plc["Position.Valid"], plc["Position.Busy"]) == (False, True)
 
 
@@ -536,17 +480,13 @@ def test_the_age_counts_also_while_it_is_not_called() -> None:
     Source: docs/explanation/scan-model.md, a block that is skipped.
     """
     plc = _watching()
-    plc["CallPosition"] = False
-    plc.scan(1000)
-    plc["CallPosition"] = True
-    plc.scan()
+    plc.change("CallPosition", to=False, scans=1000)
+    plc.change("CallPosition", to=True)
     assert _ms(plc) == pytest.approx(10_030)
     plc.scan()
     assert plc.words[0] == 0x0506
-    plc["CallPosition"] = False
-    plc.scan()
-    plc["CallPosition"] = True
-    plc.scan()
+    plc.change("CallPosition", to=False)
+    plc.change("CallPosition", to=True)
     assert plc["Position.ErrorID"] == 0x8013
 
 
@@ -584,8 +524,7 @@ def test_a_reading_that_takes_days_makes_an_age_of_a_day() -> None:
     plc.scan(60)
     assert plc.words[0] == 0x0506
     assert plc["Position.Busy"]
-    plc.answer(0x0200, [0, 0, *_PLACE])
-    plc.scan()
+    plc.answer(0x0200, [0, 0, *_PLACE], scans=1)
     assert plc["Position.Valid"]
     assert plc["Position.Age"] == timedelta(hours=24)
 
@@ -595,12 +534,10 @@ def test_a_first_reading_counts_however_long_it_took() -> None:
     plc = _plc(Timeout="T#0s")
     plc.scan_us = 3_600_000_000
     plc.scan(30)
-    plc["Position.Enable"] = True
-    plc.scan()
+    plc.change("Position.Enable", to=True)
     plc.scan_us = 7 * 3_600_000_000
     plc.scan_until(lambda: plc.words[0] == 0x0506)
     plc.scan(6)
-    plc.answer(0x0200, [0, 0, *_PLACE])
-    plc.scan()
+    plc.answer(0x0200, [0, 0, *_PLACE], scans=1)
     assert plc["Position.Valid"]
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 VERSION = (0x0501,)
 MOVE = (0x0009, 0x0000, 0, 0, 0x0001)  # MOVEI by point 1, at the program speed
@@ -17,8 +17,7 @@ READY = (0,) * 16
 
 
 def _mover(**config: Any) -> Master:
-    master = Master(**config)
-    master.servo_on()
+    master = servos_on(**config)
     assert master.execute(*POINT_1)[0] == 0x0200
     return master
 
@@ -28,9 +27,7 @@ def _rules(master: Master) -> list[str]:
 
 
 @pytest.mark.parametrize("second", [VERSION, (0x0505,)])
-def test_a_command_set_in_the_ready_status_after_a_changed_one_is_executed(
-    second: tuple[int, ...],
-) -> None:
+def test_a_command_after_a_changed_one_is_executed(second: tuple[int, ...]) -> None:
     """The status is 0x0000 at once where the knob says so; the movement goes on behind it.
 
     Rule: changed-command, ready-first.
@@ -52,7 +49,7 @@ def test_a_command_set_in_the_ready_status_after_a_changed_one_is_executed(
     assert master.texts() == []
 
 
-def test_a_movement_beside_one_that_nobody_sees_is_refused_as_busy() -> None:
+def test_a_movement_beside_one_whose_status_is_not_shown_is_refused_as_busy() -> None:
     """Rule: changed-command, robots-move."""
     master = _mover(changed_command_status="ready", moving_alarm="6.280")
     master.send(*MOVE)
@@ -71,8 +68,7 @@ def test_a_changed_command_that_acts_later_still_acts(shown: str) -> None:
     Rule: changed-command.
     Source: remote command guide chapter 1, 1.1, note
     """
-    master = Master(command_delay=100, changed_command_status=shown)
-    master.power_up()
+    master = powered_up(command_delay=100, changed_command_status=shown)
     master.send(*POINT_1)
     master.run(20)
     master.send()
@@ -88,8 +84,7 @@ def test_a_changed_command_that_acts_later_still_acts(shown: str) -> None:
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_the_alarm_of_a_changed_command_is_not_shown_and_not_entered(shown: str) -> None:
     """Rule: changed-command."""
-    master = Master(command_delay=50, changed_command_status=shown)
-    master.power_up()
+    master = powered_up(command_delay=50, changed_command_status=shown)
     master.send(0x0101, 0, 7)  # point 7 is not defined
     master.run(20)
     master.send()
@@ -122,7 +117,7 @@ def test_the_code_that_stands_there_in_a_ready_status_of_that_kind_is_not_execut
     ("belong", "status", "found"),
     [(True, 0x0000, ["hold-command"]), (False, 0x0200, [])],
 )
-def test_a_data_word_changed_before_the_end_is_a_changed_command_or_is_free(
+def test_a_changed_data_word_is_a_changed_command_or_free(
     belong: bool, status: int, found: list[str]
 ) -> None:
     """Also a word that the command does not use.
@@ -145,8 +140,7 @@ def test_a_data_word_changed_before_the_end_is_a_changed_command_or_is_free(
 
 def test_data_are_those_that_stood_there_with_the_code() -> None:
     """Rule: changed-data."""
-    master = Master(command_accept_delay=50, command_delay=50, data_belong_to_command=False)
-    master.power_up()
+    master = powered_up(command_accept_delay=50, command_delay=50, data_belong_to_command=False)
     master.send(*POINT_1)
     master.run(20)
     master.send(*POINT_1[:4], 0x0007)
@@ -191,8 +185,7 @@ def test_a_code_that_comes_too_early_is_found_in_every_phase(phase: str, waits: 
 
 def test_an_early_code_is_found_again_when_it_comes_again() -> None:
     """Rule: ready-first."""
-    master = Master(status_reset_delay=100)
-    master.power_up()
+    master = powered_up(status_reset_delay=100)
     master.send(*VERSION)
     master.finish()
     master.send()
@@ -208,8 +201,7 @@ def test_a_code_that_replaces_one_whose_end_is_shown_never_waits() -> None:
 
     Rule: early-command.
     """
-    master = Master(early_command_waits=True)
-    master.power_up()
+    master = powered_up(early_command_waits=True)
     master.send(*VERSION)
     master.finish()
     master.send(0x0505)
@@ -221,8 +213,7 @@ def test_a_code_that_replaces_one_whose_end_is_shown_never_waits() -> None:
 
 def test_continuous_output_that_changes_its_data_only_ends_with_the_change() -> None:
     """Rule: changed-data, hold-command."""
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.send(*CONTINUOUS)
     master.run(50)
     assert master.status == 0x0100
@@ -232,13 +223,9 @@ def test_continuous_output_that_changes_its_data_only_ends_with_the_change() -> 
     assert _rules(master) == ["hold-command"]
 
 
-def test_what_goes_on_behind_the_ready_status_needs_no_change_of_the_inputs() -> None:
-    """A master whose words stand still is no reason to skip it.
-
-    Rule: changed-command.
-    """
-    master = Master(command_delay=100, changed_command_status="ready")
-    master.power_up()
+def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
+    """A master whose words stand still is no reason to skip it. Rule: changed-command."""
+    master = powered_up(command_delay=100, changed_command_status="ready")
     master.send(*POINT_1)
     master.run(20)
     master.send()
@@ -250,12 +237,8 @@ def test_what_goes_on_behind_the_ready_status_needs_no_change_of_the_inputs() ->
 
 @pytest.mark.parametrize("waits", [True, False])
 def test_a_code_that_waits_needs_no_change_of_the_inputs(waits: bool) -> None:
-    """The words stand still from the code that replaced another one on.
-
-    Rule: early-command.
-    """
-    master = Master(command_delay=20, early_command_waits=waits)
-    master.power_up()
+    """The words stand still from the code that replaced another one on. Rule: early-command."""
+    master = powered_up(command_delay=20, early_command_waits=waits)
     master.send(*POINT_1)
     master.run(10)
     master.send(*VERSION)
@@ -270,8 +253,7 @@ def test_a_command_that_failed_unseen_is_not_tried_again() -> None:
 
     Rule: changed-command.
     """
-    master = Master(command_delay=50, changed_command_status="ready")
-    master.power_up()
+    master = powered_up(command_delay=50, changed_command_status="ready")
     master.send(*ASSIGN_7_TO_1)
     master.run(20)
     master.send()

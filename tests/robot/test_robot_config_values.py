@@ -153,7 +153,7 @@ def test_a_controller_without_a_robot_file_is_the_one_of_the_list() -> None:
     assert flags == {*_FALSE.split(), *_TRUE.split()}  # 1 == True
 
 
-def test_an_axis_and_a_program_that_nothing_is_said_of() -> None:
+def test_the_defaults_of_an_axis_and_of_a_program() -> None:
     """An axis of 1 m to both sides with 1000 pulses/mm, which nobody pushes."""
     assert _defaults(Axis) == {
         "robot": 1,
@@ -245,7 +245,7 @@ def test_a_number_of_an_axis_is_taken_up_to_its_limits(
 
 @pytest.mark.parametrize("value", [float("inf"), float("-inf"), float("nan"), True, "5"])
 @pytest.mark.parametrize("key", ["min_interval", "servo_on_delay", "variables"])
-def test_what_is_no_finite_number_is_none(key: str, value: Any) -> None:
+def test_a_number_that_is_not_finite_is_refused(key: str, value: Any) -> None:
     """Of a variable there are no limits but those of its kind."""
     given = {"SGR0": value} if key == "variables" else value
     with pytest.raises(InputError):

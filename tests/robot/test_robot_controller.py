@@ -10,7 +10,7 @@ import pytest
 
 from rcx_harness.robot import EVENTS, Controller, Point, RobotConfig, Violation
 from rcx_harness.spec.wire import CYCLE_US
-from robot_master import Master
+from robot_master import Master, powered_up
 from structured_text.errors import InputError
 
 #: The events that need arguments.
@@ -18,8 +18,7 @@ ARGUMENTS = {"parallel_input": {"port": 6, "on": 1}}
 
 
 def test_a_held_output_does_not_answer_until_it_is_released() -> None:
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.robot.hold("SO02")
     master.pulse("SI01")
     assert not master.on("SO02")
@@ -29,8 +28,7 @@ def test_a_held_output_does_not_answer_until_it_is_released() -> None:
 
 
 def test_a_held_status_keeps_the_response_with_it() -> None:
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.robot.hold("Status")
     master.send(0x0501)
     master.run(100)
@@ -101,11 +99,15 @@ def test_an_unknown_output_is_refused_with_near_names() -> None:
         ("emergencystop", {}, "did you mean emergency_stop"),
         ("alarm", {"group": 12}, "needs category; write"),
         ("parallel_input", {}, "needs port and on; write"),
-        ("alarm", {"group": 12, "category": "x"}, "category = 'x' of event 'alarm' is no number"),
+        (
+            "alarm",
+            {"group": 12, "category": "x"},
+            "category = 'x' of event 'alarm' is not a number",
+        ),
         (
             "alarm",
             {"group": 12, "category": 70000},
-            "category = 70000 of event 'alarm' is no number from 0 to 65535",
+            "category = 70000 of event 'alarm' is not a number from 0 to 65535",
         ),
         ("warning", {"group": 1}, "takes no arguments"),
     ],
@@ -127,10 +129,7 @@ def test_every_event_may_happen_at_any_time(event: str) -> None:
 
 
 def test_the_controller_cycle_is_5_ms() -> None:
-    """Rule: cycle.
-
-    Source: manual chapter 5, 4
-    """
+    """Rule: cycle. Source: manual chapter 5, 4."""
     assert CYCLE_US == 5000
 
 
@@ -242,7 +241,7 @@ def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: i
     ],
     ids=["force", "write_port", "inject", "origins"],
 )
-def test_what_is_done_before_the_first_cycle_shows_in_it(
+def test_changes_before_the_first_cycle_show_in_it(
     act: Callable[[Controller], None], at: int, byte: int
 ) -> None:
     """At time 0, with a controller that has booted; and in a later cycle likewise.

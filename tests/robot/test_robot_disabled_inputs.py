@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 #: The settings: configuration, and the event that brings them.
 _SETTINGS: dict[str, tuple[dict[str, Any], str]] = {
@@ -80,8 +80,7 @@ def test_which_dedicated_input_works_under_which_setting(setting: str, name: str
     Source: manual chapter 1, 5 and 4.1; remote command guide chapter 3, restrictions
     """
     config, event = _SETTINGS[setting]
-    master = Master(origin_time=5000, **config)
-    master.power_up()
+    master = powered_up(origin_time=5000, **config)
     for words in _BEFORE.get(name, ()):
         assert master.execute(*words)[0] == 0x0200
     if name == "SI16":
@@ -106,12 +105,8 @@ def test_which_dedicated_input_works_under_which_setting(setting: str, name: str
 
 @pytest.mark.parametrize("name", ["SI01", "SI12", "SI15"])
 def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str) -> None:
-    """SI(10) is a level and counts.
-
-    Rule: safety-inputs.
-    """
-    master = Master()
-    master.power_up()
+    """SI(10) is a level and counts. Rule: safety-inputs."""
+    master = powered_up()
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")
     master.robot.inject("safety_on")
@@ -125,15 +120,9 @@ def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str)
 
 
 @pytest.mark.parametrize(("keeps", "runs"), [(True, False), (False, True)])
-def test_stops_that_a_safety_setting_takes_away_count_as_on_without_a_connection_too(
-    keeps: bool, runs: bool
-) -> None:
-    """Where the loss itself is no serious alarm.
-
-    Rule: safety-inputs, link-lost.
-    """
-    master = Master(safety_keeps_stops=keeps, minor_alarms=("12.400", "12.552"))
-    master.servo_on()
+def test_disabled_stops_count_as_on_without_a_connection(keeps: bool, runs: bool) -> None:
+    """Where the loss itself is no serious alarm. Rule: safety-inputs, link-lost."""
+    master = servos_on(safety_keeps_stops=keeps, minor_alarms=("12.400", "12.552"))
     master.pulse("SI12")
     master.robot.inject("safety_on")
     master.run(10)

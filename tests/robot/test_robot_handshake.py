@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
-
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 VERSION = 0x0501
 MOVE_TO_19 = (0x0001, 0x0004, 0x0000, 0x0032, 0x0013)  # guide, chapter 2: 50 % to point 19
@@ -14,8 +12,7 @@ POINT_19 = (0x0100, 0x0000, 0x0013, 0x0000, 0x86A0, 0x0001)  # axis 1 = 100000 p
 
 
 def _mover(**config: Any) -> Master:
-    master = Master(**config)
-    master.servo_on()
+    master = servos_on(**config)
     assert master.execute(*POINT_19)[0] == 0x0200
     return master
 
@@ -41,12 +38,8 @@ def test_a_command_goes_from_ready_over_run_to_normal_end_and_back() -> None:
 
 
 def test_response_and_end_status_change_in_the_same_cycle() -> None:
-    """Rule: response-with-status.
-
-    Source: remote command guide chapter 2, step 4
-    """
-    master = Master()
-    master.power_up()
+    """Rule: response-with-status. Source: remote command guide chapter 2, step 4."""
+    master = powered_up()
     master.send(VERSION)
     while master.status != 0x0200:
         assert master.words[1:] == (0,) * 15
@@ -54,49 +47,9 @@ def test_response_and_end_status_change_in_the_same_cycle() -> None:
     assert master.words[2] == 0x0108
 
 
-@pytest.mark.parametrize(
-    ("skip", "delay", "seen"),
-    [
-        ("short", 0, [0x0200]),
-        ("short", 20, [0x0100, 0x0200]),
-        ("never", 0, [0x0100, 0x0200]),
-        ("always", 20, [0x0000, 0x0200]),
-    ],
-)
-def test_the_run_status_may_be_skipped(skip: str, delay: float, seen: list[int]) -> None:
-    """Rule: run-status, command-times.
-
-    Source: remote command guide chapter 1, 1.2, code 0x0100
-    """
-    master = Master(skip_run_status=skip, command_delay=delay)
-    master.power_up()
-    master.send(VERSION)
-    found: list[int] = []
-    for _ in range(10):
-        master.run(5)
-        if master.status not in found:
-            found.append(master.status)
-    assert found == seen
-
-
-def test_a_refused_command_shows_the_run_status_where_it_is_never_skipped() -> None:
-    """Rule: command-times."""
-    master = Master(skip_run_status="never")
-    master.power_up()
-    master.send(0x0FFF)
-    master.run(5)
-    assert master.status == 0x0100
-    master.run(5)
-    assert master.status == 0x4000
-
-
 def test_the_end_status_stays_until_the_status_reset_command() -> None:
-    """Rule: status-reset.
-
-    Source: remote command guide chapter 4, 4.1
-    """
-    master = Master(status_reset_delay=20)
-    master.power_up()
+    """Rule: status-reset. Source: remote command guide chapter 4, 4.1."""
+    master = powered_up(status_reset_delay=20)
     master.send(VERSION)
     master.run(1000)
     assert master.status == 0x0200
@@ -109,8 +62,7 @@ def test_the_end_status_stays_until_the_status_reset_command() -> None:
 
 def test_the_command_is_accepted_after_a_delay() -> None:
     """Rule: command-times."""
-    master = Master(command_accept_delay=30)
-    master.power_up()
+    master = powered_up(command_accept_delay=30)
     master.send(VERSION)
     master.run(30)
     assert master.status == 0x0000
@@ -143,23 +95,6 @@ def test_a_command_code_changed_before_its_end_gets_no_status() -> None:
     assert master.execute(VERSION)[0] == 0x0200
 
 
-def test_data_changed_before_the_end_gets_no_status() -> None:
-    """Rule: hold-command, changed-command.
-
-    Source: remote command guide chapter 1, 1.1, note
-    """
-    master = _mover()
-    master.send(*MOVE_TO_19)
-    master.run(50)
-    master.send(*MOVE_TO_19[:3], 0x0033, 0x0013)
-    master.run(1000)
-    assert master.status == 0x0000
-    assert len(master.texts()) == 1
-    master.send()
-    master.run(10)
-    assert master.execute(VERSION)[0] == 0x0200
-
-
 def test_a_code_that_stands_there_after_a_changed_command_is_not_executed() -> None:
     """Rule: changed-command."""
     master = _mover()
@@ -171,24 +106,9 @@ def test_a_code_that_stands_there_after_a_changed_command_is_not_executed() -> N
     assert master.robot.commands_executed == 1
 
 
-def test_a_changed_command_may_show_ready_at_once() -> None:
-    """Rule: changed-command."""
-    master = Master(changed_command_status="ready", command_delay=50)
-    master.power_up()
-    master.send(VERSION)
-    master.run(10)
-    master.send()
-    master.run(5)
-    assert master.status == 0x0000
-
-
 def test_a_command_withdrawn_before_it_is_accepted_is_not_executed() -> None:
-    """Rule: hold-command.
-
-    Source: remote command guide chapter 1, 1.1, note
-    """
-    master = Master(command_accept_delay=50)
-    master.power_up()
+    """Rule: hold-command. Source: remote command guide chapter 1, 1.1, note."""
+    master = powered_up(command_accept_delay=50)
     master.send(VERSION)
     master.run(10)
     master.send()
@@ -202,8 +122,7 @@ def test_a_command_set_before_the_ready_status_is_not_executed() -> None:
 
     Source: remote command guide chapter 1, 1.2, code 0x0000
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.send(VERSION)
     master.run(100)
     master.send(0x0604)
@@ -216,34 +135,12 @@ def test_a_command_set_before_the_ready_status_is_not_executed() -> None:
     assert master.robot.commands_executed == 1
 
 
-def test_a_command_set_while_the_status_is_being_reset_is_not_executed() -> None:
-    """0x0000 must come first.
-
-    Rule: ready-first, early-command.
-    Source: remote command guide chapter 1, 1.2, code 0x0000
-    """
-    master = Master(status_reset_delay=30)
-    master.power_up()
-    master.send(VERSION)
-    master.run(100)
-    master.send()
-    master.run(10)
-    master.send(VERSION)
-    master.run(200)
-    assert master.words == (0,) * 16
-    assert len(master.texts()) == 1
-    master.send()
-    master.run(10)
-    assert master.execute(VERSION)[0] == 0x0200
-
-
 def test_the_same_command_again_needs_a_status_reset() -> None:
     """A code that stays after its end is not executed again.
 
     Source: remote command guide chapter 4, 4.1
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.send(VERSION)
     master.run(500)
     assert master.robot.commands_executed == 1
@@ -254,8 +151,7 @@ def test_data_may_change_after_the_end_status() -> None:
 
     Source: remote command guide chapter 1, 1.1, note
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.send(VERSION)
     master.run(100)
     master.send(VERSION, 1, 2, 3)
@@ -269,78 +165,11 @@ def test_data_words_are_free_while_the_code_is_0x0000() -> None:
 
     Source: manual chapter 5, 2, word input
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     for value in (1, 2, 0xFFFF):
         master.send(0, 0, value, value)
         master.run(10)
     assert master.texts() == []
-
-
-def test_an_abnormal_end_shows_group_and_category_and_nothing_else() -> None:
-    """Rule: abnormal-end, both-outputs.
-
-    Source: remote command guide chapter 1, 1.2, code 0x4000; 4.2.1, p and m
-    """
-    master = _mover()
-    assert master.execute(0x0001, 0xC000, 0, 0, 0x13) == (0x4000, 0x0004, 0x0002) + (0,) * 13
-
-
-@pytest.mark.parametrize("code", [0x0FFF, 0x0800, 0x1000, 0x1100, 0x1604])
-def test_an_undefined_code_ends_abnormally(code: int) -> None:
-    """So does a robot number where the command has none.
-
-    Rule: other-alarms.
-    """
-    master = Master(undefined_code_alarm="6.1")
-    master.power_up()
-    assert master.execute(code)[:3] == (0x4000, 6, 1)
-
-
-@pytest.mark.parametrize("code", [0x2505, 0x4505, 0x5505, 0xF505, 0x550A, 0x550B, 0xF50C])
-def test_a_robot_that_is_not_there_ends_abnormally(code: int) -> None:
-    """Rule: other-alarms."""
-    master = Master(absent_robot_alarm="6.2")
-    master.power_up()
-    assert master.execute(code)[:3] == (0x4000, 6, 2)
-
-
-def test_robot_0_is_robot_1() -> None:
-    """Rule: robot-zero.
-
-    Source: remote command guide 4.2.1, R
-    """
-    master = Master()
-    master.power_up()
-    master.robot.positions[1] = 77
-    assert master.execute(0x0505)[6] == master.execute(0x1505)[6] == 77
-
-
-def test_only_reference_commands_work_under_the_authority_of_the_programming_box() -> None:
-    """Rule: pendant-commands, other-alarms.
-
-    Source: remote command guide chapter 3, restrictions
-    """
-    master = Master(pendant_alarm="6.3")
-    master.power_up()
-    master.execute(0x0100, 0, 1)
-    master.robot.inject("pendant_on")
-    for code in (0x0101, 0x0501, 0x0505, 0x0506):
-        assert master.execute(code, 0, 1 if code == 0x0101 else 0)[0] == 0x0200
-    for code in (0x0001, 0x0100, 0x0604):
-        assert master.execute(code)[:3] == (0x4000, 6, 3)
-
-
-def test_all_commands_are_disabled_with_the_dedicated_inputs() -> None:
-    """Rule: safety-commands.
-
-    Source: remote command guide chapter 3, restrictions
-    """
-    master = Master(safety_disables_inputs=True)
-    master.power_up()
-    master.send(VERSION)
-    master.run(500)
-    assert master.words == (0,) * 16
 
 
 def test_continuous_output_follows_the_position_until_the_status_reset_command() -> None:
@@ -349,8 +178,7 @@ def test_continuous_output_follows_the_position_until_the_status_reset_command()
     Rule: continuous.
     Source: remote command guide 4.7.4
     """
-    master = Master(skip_run_status="always", status_reset_delay=20)
-    master.power_up()
+    master = powered_up(skip_run_status="always", status_reset_delay=20)
     master.send(0x0505, 0x0001)
     for position in (0, -1, 70000):
         master.robot.positions[2] = position
@@ -366,12 +194,8 @@ def test_continuous_output_follows_the_position_until_the_status_reset_command()
 
 
 def test_continuous_output_ends_with_a_changed_command() -> None:
-    """Rule: hold-command.
-
-    Source: remote command guide chapter 1, 1.1, note
-    """
-    master = Master()
-    master.power_up()
+    """Rule: hold-command. Source: remote command guide chapter 1, 1.1, note."""
+    master = powered_up()
     master.send(0x0505, 0x0001)
     master.run(50)
     master.send(0x0506, 0x0001)

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 
 def test_100_ms_between_two_changes_are_enough() -> None:
-    """Rule: interval.
-
-    Source: manual chapter 5, 3.1, caution
-    """
+    """Rule: interval. Source: manual chapter 5, 3.1, caution."""
     master = Master()
     master.run(300)
     for name in ("SI00", "SI06", "SI01"):
@@ -20,66 +17,55 @@ def test_100_ms_between_two_changes_are_enough() -> None:
     assert master.texts() == []
 
 
-def test_a_change_after_95_ms_is_not_recognised_and_is_reported() -> None:
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        pytest.param(
+            [("SI16", True, 95), ("SI01", True, 5)],
+            "SI(01) Servo ON input ON 95 ms after SI(16) Alarm reset input ON",
+            id="another input after 95 ms",
+        ),
+        pytest.param(
+            [("SI16", True, 50), ("SI16", False, 5)],
+            "SI(16) Alarm reset input OFF 50 ms after SI(16) Alarm reset input ON",
+            id="the same input after 50 ms",
+        ),
+        pytest.param(
+            [("SI06", False, 50), ("SI16", True, 5)],
+            "SI(16) Alarm reset input ON 50 ms after SI(06) Stop input OFF",
+            id="an input after a switch-off of SI(06)",
+        ),
+        pytest.param(
+            [("SI01", True, 0), ("SI15", True, 5)],
+            "SI(01) Servo ON input ON and SI(15) Program reset input ON in the same exchange",
+            id="two inputs in the same exchange",
+        ),
+        pytest.param(
+            [("SI06", False, 0), ("SI01", True, 0), ("SI16", True, 5)],
+            "SI(01) Servo ON input ON and SI(16) Alarm reset input ON in the same exchange",
+            id="two inputs in the exchange of a switch-off",
+        ),
+    ],
+)
+def test_a_change_that_comes_too_early_is_not_recognised_and_is_reported(
+    changes: list[tuple[str, bool, float]], text: str
+) -> None:
     """The interval counts for the same input and for different ones.
 
-    Rule: interval, interval-strict.
+    Rule: interval, interval-strict, interval-stops.
     Source: manual chapter 5, 3.1, caution
     """
-    master = Master()
-    master.power_up()
-    master.turn_and_wait("SI16", True, 95)
-    master.turn_and_wait("SI01", True, 5)
-    texts = master.texts()
-    assert texts == [
-        "interval: SI(01) Servo ON input ON 95 ms after SI(16) Alarm reset input ON, "
-        "at least 100 ms are needed; not recognised"
-    ]
+    master = powered_up()
+    for name, on, ms in changes:
+        master.turn_and_wait(name, on, ms)
+    assert master.texts() == [f"interval: {text}, at least 100 ms are needed; not recognised"]
     master.run(300)
-    assert not master.on("SO02")
-
-
-def test_the_same_input_off_too_early_is_reported() -> None:
-    """Rule: interval, interval-strict.
-
-    Source: manual chapter 5, 3.1, caution
-    """
-    master = Master()
-    master.power_up()
-    master.turn_and_wait("SI16", True, 50)
-    master.turn_and_wait("SI16", False, 5)
-    assert master.texts() == [
-        "interval: SI(16) Alarm reset input OFF 50 ms after SI(16) Alarm reset input ON, "
-        "at least 100 ms are needed; not recognised"
-    ]
-
-
-def test_two_inputs_in_one_exchange_are_not_recognised() -> None:
-    """Their interval is 0.
-
-    Rule: interval-strict.
-    Source: manual chapter 5, 3.1, caution
-    """
-    master = Master()
-    master.power_up()
-    master.turn("SI01", True)
-    master.turn("SI15", True)
-    master.run(300)
-    assert not master.on("SO02")
-    assert not master.on("SO14")
-    assert master.texts() == [
-        "interval: SI(01) Servo ON input ON and SI(15) Program reset input ON in the same "
-        "exchange, at least 100 ms are needed; not recognised"
-    ]
+    assert (master.on("SO02"), master.on("SO14")) == (False, False)
 
 
 def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
-    """Both may fall together, at any time; that is no violation.
-
-    Rule: interval-stops.
-    """
-    master = Master()
-    master.servo_on()
+    """Both may fall together, at any time; that is no violation. Rule: interval-stops."""
+    master = servos_on()
     master.turn_and_wait("SI12", True, 50)
     master.turn("SI00", False)
     master.turn("SI06", False)
@@ -89,25 +75,12 @@ def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
     assert master.texts() == []
 
 
-def test_a_switch_off_of_si00_begins_the_interval_anew() -> None:
-    """Rule: interval-stops."""
-    master = Master()
-    master.servo_on()
-    master.turn_and_wait("SI06", False, 50)
-    master.turn_and_wait("SI16", True, 5)
-    assert master.texts() == [
-        "interval: SI(16) Alarm reset input ON 50 ms after SI(06) Stop input OFF, "
-        "at least 100 ms are needed; not recognised"
-    ]
-
-
 def test_another_input_in_the_exchange_of_a_switch_off_is_not_recognised() -> None:
     """But it is no violation: a slow packet may have brought an earlier change with it.
 
     Rule: interval-stops.
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn("SI06", False)
     master.turn("SI01", True)
     master.run(200)
@@ -117,32 +90,15 @@ def test_another_input_in_the_exchange_of_a_switch_off_is_not_recognised() -> No
 
 def test_without_an_interval_another_input_in_the_exchange_of_a_switch_off_is_taken() -> None:
     """Rule: interval-stops, interval-strict."""
-    master = Master(min_interval=0)
-    master.power_up()
+    master = powered_up(min_interval=0)
     master.turn("SI06", False)
     master.turn("SI01", True)
     master.run(200)
     assert master.on("SO02")
 
 
-def test_two_other_inputs_in_the_exchange_of_a_switch_off_are_reported() -> None:
-    """Rule: interval-stops, interval-strict."""
-    master = Master()
-    master.power_up()
-    master.turn("SI06", False)
-    master.turn("SI01", True)
-    master.turn("SI16", True)
-    master.run(200)
-    assert master.texts() == [
-        "interval: SI(01) Servo ON input ON and SI(16) Alarm reset input ON in the same "
-        "exchange, at least 100 ms are needed; not recognised"
-    ]
-
-
 @pytest.mark.parametrize(("late", "emergency"), [(True, False), (False, True)])
-def test_a_level_that_was_not_recognised_is_taken_after_the_interval(
-    late: bool, emergency: bool
-) -> None:
+def test_an_unrecognised_level_is_taken_after_the_interval(late: bool, emergency: bool) -> None:
     """Rule: interval-levels."""
     master = Master(late_levels=late)
     master.run(300)
@@ -193,11 +149,7 @@ def test_the_interval_is_a_knob() -> None:
     ],
 )
 def test_the_reserved_area_is_not_written(at: int, value: int, where: str) -> None:
-    """Each change is reported once.
-
-    Rule: reserved.
-    Source: manual chapter 5, 1, note 1
-    """
+    """Each change is reported once. Rule: reserved. Source: manual chapter 5, 1, note 1."""
     master = Master()
     master.run(300)
     master.si[at] |= value
@@ -223,8 +175,7 @@ def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -
 
     Rule: interval-levels, interval-strict.
     """
-    master = Master(sequence_delay=0)
-    master.power_up()
+    master = powered_up(sequence_delay=0)
     master.turn_and_wait("SI16", True, 50)
     master.turn_and_wait("SI10", True, 100)
     assert not master.on("SO12")
@@ -233,12 +184,8 @@ def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -
 
 
 def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_on_again() -> None:
-    """To the controller it was ON all the time.
-
-    Rule: interval-levels, interval-strict.
-    """
-    master = Master()
-    master.power_up()
+    """To the controller it was ON all the time. Rule: interval-levels, interval-strict."""
+    master = powered_up()
     master.turn_and_wait("SI16", True, 50)
     master.turn_and_wait("SI16", False, 50)
     master.robot.inject("alarm")
@@ -253,10 +200,7 @@ def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_o
 
 @pytest.mark.parametrize("lost", [False, True])
 def test_the_interval_counts_from_no_change_before_the_first_image(lost: bool) -> None:
-    """At power-on and after a loss.
-
-    Rule: link-first-image.
-    """
+    """At power-on and after a loss. Rule: link-first-image."""
     master = Master()
     if lost:
         master.power_up()

@@ -64,10 +64,7 @@ def test_both_arms_reach_the_same_place(arm: Scara, sign: int) -> None:
 
 @pytest.mark.parametrize("place", [(0, 400_010), (0, 49_990), (0, 0), (-300_000, 300_000)])
 def test_what_the_arms_do_not_reach_is_refused(place: tuple[int, int]) -> None:
-    """They reach from 225 - 175 to 225 + 175 mm.
-
-    Rule: robot-limits.
-    """
+    """They reach from 225 - 175 to 225 + 175 mm. Rule: robot-limits."""
     with pytest.raises(UnreachableError):
         YK400.inverse([*place, 0, 0])
 
@@ -107,9 +104,7 @@ def test_inverse_of_forward_are_the_same_joints(
 @pytest.mark.parametrize(
     ("second", "turned"), [(110, 80), (-110, -80), (150, 180), (-150, -180), (150, 350)]
 )
-def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
-    second: int, turned: int
-) -> None:
+def test_axis_2_stays_within_half_a_turn_with_a_turned_hand(second: int, turned: int) -> None:
     """A hand turned by 80 degrees and axis 2 at 110: a bend of -170, and no whole turn of R.
 
     Rule: robot-hand.

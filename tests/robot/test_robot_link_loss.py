@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from robot_master import Master
+from robot_master import Master, powered_up
 
 VERSION = (0x0501,)
 READY = (0,) * 16
@@ -38,8 +38,7 @@ def test_the_status_after_a_loss_of_the_connection(
     after: tuple[int, ...] | None,
 ) -> None:
     """Rule: link-command, continuous."""
-    master = Master(**config)
-    master.power_up()
+    master = powered_up(**config)
     master.send(*words)
     master.run(100)
     assert master.status == status
@@ -58,12 +57,8 @@ def test_the_status_after_a_loss_of_the_connection(
 
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_a_changed_command_is_forgotten_with_the_connection(shown: str) -> None:
-    """What it was to do is not done any more.
-
-    Rule: link-command, changed-command.
-    """
-    master = Master(command_delay=200, changed_command_status=shown)
-    master.power_up()
+    """What it was to do is not done any more. Rule: link-command, changed-command."""
+    master = powered_up(command_delay=200, changed_command_status=shown)
     master.send(0x0100, 0, 1, 0, 5)
     master.run(50)
     master.send()
@@ -77,8 +72,7 @@ def test_a_changed_command_is_forgotten_with_the_connection(shown: str) -> None:
 
 def test_a_status_that_is_being_reset_is_ready_after_the_loss() -> None:
     """Rule: link-command, status-reset."""
-    master = Master(status_reset_delay=500)
-    master.power_up()
+    master = powered_up(status_reset_delay=500)
     master.send(*VERSION)
     master.finish()
     master.send()
@@ -96,8 +90,7 @@ def test_a_code_in_the_first_image_of_a_connection(taken: bool, count: int, powe
 
     Rule: first-image-command.
     """
-    master = Master(first_image_commands=taken)
-    master.power_up()
+    master = powered_up(first_image_commands=taken)
     master.connected = False
     master.run(50)
     if power:
@@ -121,8 +114,7 @@ def test_the_sequence_program_stops_with_the_connection_and_runs_again_with_it()
     Rule: sequence, sequence-program, link-lost.
     Source: manual chapter 5, 2, SI(10): "executed when this signal is in the ON state"
     """
-    master = Master(sequence_delay=20)
-    master.power_up()
+    master = powered_up(sequence_delay=20)
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")
     master.connected = False
@@ -139,8 +131,7 @@ def test_the_sequence_program_stops_with_the_connection_and_runs_again_with_it()
 
 def test_a_sequence_program_that_is_about_to_start_does_not_start_without_connection() -> None:
     """Rule: sequence-program."""
-    master = Master(sequence_delay=200)
-    master.power_up()
+    master = powered_up(sequence_delay=200)
     master.turn_and_wait("SI10", True, 100)
     master.connected = False
     master.run(500)
@@ -148,9 +139,7 @@ def test_a_sequence_program_that_is_about_to_start_does_not_start_without_connec
 
 
 @pytest.mark.parametrize(("latches", "serious"), [(False, False), (True, True)])
-def test_the_alarm_of_a_missing_connection_ends_with_it_or_latches(
-    latches: bool, serious: bool
-) -> None:
+def test_the_alarm_of_a_missing_connection_may_latch(latches: bool, serious: bool) -> None:
     """Latched it is a serious one, which an alarm reset ends; in neither case is SO(04) OFF.
 
     Rule: link-error-at-power-on, mp-ready.
@@ -187,13 +176,9 @@ def test_a_connection_that_comes_in_time_leaves_no_alarm() -> None:
 
 
 def test_general_inputs_without_a_connection_are_off_or_as_they_were() -> None:
-    """Words too; with the connection they are the master's again.
-
-    Rule: inputs-on-loss.
-    """
+    """Words too; with the connection they are the master's again. Rule: inputs-on-loss."""
     for clears in (True, False):
-        master = Master(loss_clears_inputs=clears)
-        master.power_up()
+        master = powered_up(loss_clears_inputs=clears)
         master.si[34] = 0x81
         master.send(0, 0, 0x1234)
         master.run(10)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rcx_harness.robot import Led
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 
 def _leds(master: Master) -> tuple[Led, Led]:
@@ -17,10 +17,7 @@ def _numbers(master: Master) -> list[str]:
 
 
 def test_the_leds_from_power_on_to_loss_and_recovery() -> None:
-    """Rule: leds.
-
-    Source: manual chapter 1, 3; chapter 4, 2
-    """
+    """Rule: leds. Source: manual chapter 1, 3; chapter 4, 2."""
     master = Master(boot_time=100, booted=False)
     master.connected = False
     master.run(50)
@@ -45,20 +42,15 @@ def test_the_leds_from_power_on_to_loss_and_recovery() -> None:
 )
 def test_module_status_shows_faults_of_the_module(category: int, led: Led) -> None:
     """Rule: leds, module-faults."""
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.robot.inject("alarm", group=12, category=category)
     assert master.robot.module_led is led
 
 
 @pytest.mark.parametrize(("address", "led"), [("none", Led.OFF), ("duplicate", Led.RED)])
 def test_without_an_ip_address_of_its_own_there_is_no_connection(address: str, led: Led) -> None:
-    """Rule: conditions, leds, power-on-state.
-
-    Source: manual chapter 3, 1; chapter 1, 3
-    """
-    master = Master(ip_address=address)
-    master.power_up()
+    """Rule: conditions, leds, power-on-state. Source: manual chapter 3, 1; chapter 1, 3."""
+    master = powered_up(ip_address=address)
     assert _leds(master) == (Led.GREEN_FLASHING, led)
     assert not master.robot.online
     assert _numbers(master) == ["12.551"]
@@ -110,12 +102,8 @@ def test_an_emergency_stop_in_the_boot_is_an_alarm_at_its_end() -> None:
 
 
 def test_si00_and_si06_are_those_of_the_master_again_after_recovery() -> None:
-    """Rule: link-recovery.
-
-    Source: manual chapter 1, 5.2
-    """
-    master = Master()
-    master.power_up()
+    """Rule: link-recovery. Source: manual chapter 1, 5.2."""
+    master = powered_up()
     master.connected = False
     master.run(50)
     assert (master.robot.machine.si00, master.robot.machine.si06) == (False, False)
@@ -125,16 +113,13 @@ def test_si00_and_si06_are_those_of_the_master_again_after_recovery() -> None:
 
 
 @pytest.mark.parametrize(("state", "stopped"), [("valid", True), ("invalid", False)])
-def test_dedicated_inputs_of_the_parallel_board_are_disabled_but_for_the_stop(
-    state: str, stopped: bool
-) -> None:
+def test_the_parallel_board_has_no_dedicated_input_but_its_stop(state: str, stopped: bool) -> None:
     """DI01 and DI12 switch nothing on; DI06 stops if the board is valid.
 
     Rule: parallel-inputs, parallel-stop.
     Source: manual chapter 1, 4.1
     """
-    master = Master(parallel_io=state)
-    master.power_up()
+    master = powered_up(parallel_io=state)
     for port in (1, 12, 14, 15, 17):
         master.robot.inject("parallel_input", port=port, on=1)
         master.run(600)
@@ -150,28 +135,9 @@ def test_dedicated_inputs_of_the_parallel_board_are_disabled_but_for_the_stop(
     assert master.on("SO13") is not stopped
 
 
-@pytest.mark.parametrize(("board", "servo"), [("none", True), ("valid", False), ("invalid", False)])
-def test_the_other_reading_disables_the_inputs_of_the_network(board: str, servo: bool) -> None:
-    """SI(00) and SI(06) work all the same, as chapter 1, 5 wants it.
-
-    Rule: parallel-reading.
-    """
-    master = Master(parallel_io=board, parallel_disables_si=True)
-    master.power_up()
-    assert not master.on("SO00")
-    master.pulse("SI01")
-    assert master.on("SO02") is servo
-    master.turn_and_wait("SI10", True)
-    assert master.on("SO12") is servo
-
-
 def test_auto_mode_needs_both_switches_and_its_time() -> None:
-    """Rule: auto-switches, answers.
-
-    Source: manual chapter 5, 3.2, AUTO mode changeover
-    """
-    master = Master(auto_mode=False, auto_mode_delay=50)
-    master.power_up()
+    """Rule: auto-switches, answers. Source: manual chapter 5, 3.2, AUTO mode changeover."""
+    master = powered_up(auto_mode=False, auto_mode_delay=50)
     master.robot.inject("auto_input_on")
     master.run(100)
     assert not master.on("SO10")
@@ -192,8 +158,7 @@ def test_auto_mode_needs_both_switches_and_its_time() -> None:
 
 def test_auto_mode_comes_its_time_after_the_last_change() -> None:
     """Rule: auto-switches, answers."""
-    master = Master(auto_mode=False, auto_mode_delay=100)
-    master.power_up()
+    master = powered_up(auto_mode=False, auto_mode_delay=100)
     master.robot.inject("auto_mode")
     master.run(60)
     master.robot.inject("manual_lock_on")
@@ -211,8 +176,7 @@ def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
     Rule: leds, link-error-at-power-on.
     Source: manual chapter 1, 3 and 5.3
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.connected = False
     master.run(10)
     assert _leds(master)[1] is Led.RED_FLASHING
@@ -223,12 +187,8 @@ def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
 
 
 def test_without_main_power_there_is_no_servo_on() -> None:
-    """Rule: mp-ready-power, main-power.
-
-    Source: manual chapter 5, 2, SO(04)
-    """
-    master = Master()
-    master.servo_on()
+    """Rule: mp-ready-power, main-power. Source: manual chapter 5, 2, SO(04)."""
+    master = servos_on()
     master.robot.inject("main_power_off")
     master.run(5)
     assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, False, False)

@@ -42,10 +42,7 @@ def test_the_yk400xe_has_the_pulses_and_limits_of_the_public_driver() -> None:
 
 
 def test_there_are_five_scara_robots_with_a_standard_cycle_and_a_cartesian_one() -> None:
-    """Rule: robot-figures.
-
-    Source: the maker's data sheets, as a public data set quotes them
-    """
+    """Rule: robot-figures. Source: the maker's data sheets, as a public data set quotes them."""
     arms = {name: model.arms for name, model in robot_models().items()}
     assert arms == {
         "YK400XE": (225, 175),
@@ -159,9 +156,7 @@ def test_each_of_the_four_robots_may_be_a_model(tmp_path: Path) -> None:
         ('robot = ["SXYX", "SXYX", "SXYX", "SXYX", "SXYX"]\n', "4 at most"),
     ],
 )
-def test_a_robot_that_nobody_knows_is_refused_with_its_line(
-    tmp_path: Path, text: str, hint: str
-) -> None:
+def test_an_unknown_robot_is_refused_with_its_line(tmp_path: Path, text: str, hint: str) -> None:
     with pytest.raises(InputError) as caught:
         _load(tmp_path, f"size = 48\n{text}")
     assert caught.value.line == 2

@@ -14,15 +14,14 @@ from rcx_harness.robot import Axis, Point
 from rcx_harness.robot.motion import Movement
 from rcx_harness.robot.paths import AxisMove, PtpPath
 from rcx_harness.robot.stored import Hand
-from robot_master import Master
+from robot_master import servos_on
 
 WAY = Point((100000, -50000, 0, 0, 0, 0))
 
 
 def _seconds(data: tuple[int, ...], **config: Any) -> float:
     """From the cycle that takes the command to the end of the one that shows its end status."""
-    master = Master(points={19: WAY}, **config)
-    master.servo_on()
+    master = servos_on(points={19: WAY}, **config)
     master.send(0x0001, *data)
     start = master.now_us
     master.finish()
@@ -55,10 +54,7 @@ def test_time_of_a_movement(data: tuple[int, ...], config: dict[str, Any], secon
 
 
 def test_all_axes_start_and_end_together() -> None:
-    """Half the way after half the time of a symmetric profile, on every axis.
-
-    Rule: profile.
-    """
+    """Half the way after half the time of a symmetric profile, on every axis. Rule: profile."""
     ways = [(0, 100000), (1, -50000)]
     path = PtpPath([AxisMove(k, 0, end, 500000, 5e6, 5e6) for k, end in ways])
     movement = Movement(path, start_us=0)
@@ -101,18 +97,14 @@ def test_a_movement_without_a_way_is_done_at_once() -> None:
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("code", [0x0001, 0x0003])
 def test_an_axis_beyond_its_soft_limit_can_come_back(code: int, sign: int) -> None:
-    """But not stay there, nor go farther.
-
-    Rule: limits-on-the-way.
-    """
+    """But not stay there, nor go farther. Rule: limits-on-the-way."""
     axes = (Axis(start=sign * 1_000_100), Axis())
     points = {
         19: Point((sign * 999_000, 500, 0, 0, 0, 0)),
         20: Point((sign * 1_000_100, 500, 0, 0, 0, 0)),
         21: Point((sign * 1_000_101, 500, 0, 0, 0, 0)),
     }
-    master = Master(axes=axes, points=points)
-    master.servo_on()
+    master = servos_on(axes=axes, points=points)
     assert master.execute(code, 0, 0, 0, 20)[:3] == (0x4000, 2, 334)
     assert master.execute(code, 0, 0, 0, 21)[:3] == (0x4000, 2, 334)
     assert master.execute(code, 0, 0, 0, 19)[0] == 0x0200
@@ -136,8 +128,7 @@ def test_the_slowest_axis_limits_the_speed_of_the_tool(flags: int, speed: int, s
     Rule: path-speed.
     """
     axes = (Axis(max_speed=50_000), Axis())
-    master = Master(axes=axes, points={19: Point((50_000, 86_603, 0, 0, 0, 0))})
-    master.servo_on()
+    master = servos_on(axes=axes, points={19: Point((50_000, 86_603, 0, 0, 0, 0))})
     master.send(0x0003, flags, 0, speed, 19)
     master.run(500)
     before = list(master.robot.positions)
@@ -156,20 +147,15 @@ def test_the_axes_that_carry_a_turning_hand_stay_within_their_limits() -> None:
         axes = (Axis(), Axis(soft_low=low), Axis(), Axis())
         there = Point((10_000, 0, 0, 180_000, 0, 0), mm=True)
         hands = {(1, 0): Hand((10_000, 0, 0, 1))}
-        master = Master(axes=axes, points={19: there}, hands=hands)
-        master.servo_on()
+        master = servos_on(axes=axes, points={19: there}, hands=hands)
         assert master.execute(0x0003, 0, 0, 0, 19)[0] == status
         assert master.robot.positions == ([0] * 4 if status == 0x4000 else [20_000, 0, 0, 180_000])
 
 
 def test_a_movement_goes_on_without_anything_new_from_the_master() -> None:
-    """After its end status, too, where it ended within the tolerance.
-
-    Rule: arrival.
-    """
+    """After its end status, too, where it ended within the tolerance. Rule: arrival."""
     parameters = {"TOLE": 16_384}
-    master = Master(points={19: WAY}, end_in_tolerance=True, parameters=parameters)
-    master.servo_on()
+    master = servos_on(points={19: WAY}, end_in_tolerance=True, parameters=parameters)
     master.send(0x0001, 0x0004, 0, 10, 19)
     assert master.finish()[0] == 0x0200
     assert 83_000 < master.robot.positions[0] < 90_000

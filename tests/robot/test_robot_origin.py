@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 ABSOLUTE, INCREMENTAL = Axis(start=700), Axis(start=700, type="incremental")
 SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_method="mark")
@@ -15,9 +15,7 @@ SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_metho
 
 def _master(*axes: Axis, **config: Any) -> Master:
     """Servos on, every axis at 700 pulses; each group of axes takes 200 ms to its origin."""
-    master = Master(axes=axes, origin_time=200, **config)
-    master.servo_on()
-    return master
+    return servos_on(axes=axes, origin_time=200, **config)
 
 
 @pytest.mark.parametrize(
@@ -29,7 +27,7 @@ def _master(*axes: Axis, **config: Any) -> Master:
         ("SI17", "ABS/ORG", [0, 0, 700]),
     ],
 )
-def test_which_axes_an_input_moves(name: str, mode: str, positions: list[int]) -> None:
+def test_each_origin_input_moves_its_axes(name: str, mode: str, positions: list[int]) -> None:
     """A semi-absolute axis searches where it is and keeps its position.
 
     Rule: origin, origin-types, origin-model.
@@ -38,20 +36,6 @@ def test_which_axes_an_input_moves(name: str, mode: str, positions: list[int]) -
     master = _master(ABSOLUTE, INCREMENTAL, SEMI, di17_mode=mode)
     master.turn_and_wait(name, True, 1000)
     assert master.robot.positions == positions
-    assert master.on("SO11")
-
-
-def test_return_to_origin_of_mixed_axes_takes_the_absolute_ones_first() -> None:
-    """Rule: origin-types, origin-model.
-
-    Source: manual chapter 5, 2, SI(17), ABS/ORG
-    """
-    master = _master(INCREMENTAL, ABSOLUTE)
-    master.turn_and_wait("SI17", True, 210)
-    assert master.robot.positions == [700, 0]
-    assert not master.on("SO11")
-    master.run(200)
-    assert master.robot.positions == [0, 0]
     assert master.on("SO11")
 
 
@@ -92,10 +76,7 @@ def test_an_emergency_stop_ends_the_return_to_origin() -> None:
 @pytest.mark.parametrize("name", ["SI14", "SI17"])
 @pytest.mark.parametrize("mode", ["ABS", "ABS/ORG"])
 def test_an_axis_with_the_mark_method_is_not_moved(name: str, mode: str) -> None:
-    """Rule: origin-mark.
-
-    Source: manual chapter 5, 2, SI(14) and SI(17)
-    """
+    """Rule: origin-mark. Source: manual chapter 5, 2, SI(14) and SI(17)."""
     mark = Axis(start=700, type="incremental", origin_method="mark")
     master = _master(MARK, mark, ABSOLUTE, INCREMENTAL, di17_mode=mode)
     master.turn_and_wait(name, True, 1000)
@@ -126,9 +107,7 @@ def test_an_input_without_an_axis_to_move_does_nothing() -> None:
 
 
 @pytest.mark.parametrize(("loses", "complete"), [(True, [True, False, False]), (False, [True] * 3)])
-def test_which_axes_know_their_origin_after_a_power_cycle(
-    loses: bool, complete: list[bool]
-) -> None:
+def test_which_axes_keep_their_origin_without_power(loses: bool, complete: list[bool]) -> None:
     """Rule: origin-kept."""
     master = _master(ABSOLUTE, INCREMENTAL, SEMI, power_loses_origin=loses)
     master.robot.inject("power_cycle")
@@ -140,16 +119,14 @@ def test_which_axes_know_their_origin_after_a_power_cycle(
 @pytest.mark.parametrize(("knob", "complete"), [(True, False), (False, True)])
 def test_a_return_to_origin_needs_the_servos(knob: bool, complete: bool) -> None:
     """Rule: origin-model."""
-    master = Master(origin_complete=False, origin_time=50, origin_needs_servo=knob)
-    master.power_up()
+    master = powered_up(origin_complete=False, origin_time=50, origin_needs_servo=knob)
     master.pulse("SI17")
     assert master.on("SO11") is complete
 
 
 def test_a_second_input_during_a_return_to_origin_has_no_effect() -> None:
     """Rule: origin-model."""
-    master = Master(axes=(ABSOLUTE, INCREMENTAL), origin_time=400, di17_mode="ABS")
-    master.servo_on()
+    master = servos_on(axes=(ABSOLUTE, INCREMENTAL), origin_time=400, di17_mode="ABS")
     master.turn_and_wait("SI17", True, 150)
     master.turn_and_wait("SI14", True, 600)
     assert master.robot.positions == [0, 700]
@@ -161,8 +138,7 @@ def test_while_an_axis_moves_no_return_to_origin_begins(name: str) -> None:
 
     Rule: origin-model.
     """
-    master = Master(origin_time=1000)
-    master.servo_on()
+    master = servos_on(origin_time=1000)
     master.send(0x0001, 0x0004, 0, 10, 19)  # 10 % to point 19
     master.run(50)
     master.pulse(name)

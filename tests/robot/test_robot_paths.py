@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 
 import pytest
@@ -28,10 +27,7 @@ def test_a_profile_accelerates_moves_and_brakes() -> None:
 
 
 def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
-    """100 with 200/s^2 and 200/s^2: half the way takes 0.7071 s.
-
-    Rule: profile.
-    """
+    """100 with 200/s^2 and 200/s^2: half the way takes 0.7071 s. Rule: profile."""
     profile = Profile.over(100, 1000, 200, 200)
     assert profile.even == pytest.approx(0)
     assert profile.up == profile.down == pytest.approx(math.sqrt(0.5))
@@ -43,18 +39,12 @@ def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
     [(0, 0), (0.03125, 0.25), (0.125, 0.5), (0.5, 1.25), (0.75, 1.75), (0.9375, 2.25), (1, 2.75)],
 )
 def test_when_a_part_of_the_way_is_done(share: float, seconds: float) -> None:
-    """The figures of the profile above, the other way round.
-
-    Rule: profile.
-    """
+    """The figures of the profile above, the other way round. Rule: profile."""
     assert Profile.over(100, 50, 100, 50).when(share) == pytest.approx(seconds)
 
 
 def test_on_a_line_all_axes_are_in_proportion() -> None:
-    """Length by X, Y and Z; by the others where these turn farther.
-
-    Rule: path-speed.
-    """
+    """Length by X, Y and Z; by the others where these turn farther. Rule: path-speed."""
     line = Line((0, 0, 0, 10), (300, 400, 0, -90))
     assert line.length == 500
     assert line.at(0.25) == [75, 100, 0, -15]
@@ -62,10 +52,7 @@ def test_on_a_line_all_axes_are_in_proportion() -> None:
 
 
 def test_an_arc_goes_from_the_first_through_the_second_to_the_third_point() -> None:
-    """Radius 5 about (5, 0): over the top, three quarters of the circle to (5, -5).
-
-    Rule: arc.
-    """
+    """Radius 5 about (5, 0): over the top, three quarters of the circle to (5, -5). Rule: arc."""
     arc = Arc((0, 0, 7, 0), (5, 5, 7, 10), (5, -5, 7, 90))
     assert arc.length == pytest.approx(1.5 * math.pi * 5)
     assert arc.at(0) == pytest.approx([0, 0, 7, 0])
@@ -83,10 +70,7 @@ def test_an_arc_takes_the_other_way_round_if_the_first_point_lies_there() -> Non
 
 
 def test_an_arc_may_lie_anywhere_in_space() -> None:
-    """In the plane of Y and Z.
-
-    Rule: arc.
-    """
+    """In the plane of Y and Z. Rule: arc."""
     arc = Arc((2, 0, 0), (2, 5, 5), (2, 10, 0))
     assert arc.at(0.25) == pytest.approx([2, 5 - 5 * math.sqrt(0.5), 5 * math.sqrt(0.5)])
 
@@ -206,10 +190,7 @@ def test_a_shift_moves_and_turns_the_coordinates() -> None:
     ],
 )
 def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> None:
-    """The hand of the manual's example: 10.000, -2.000, 5.000 mm.
-
-    Rule: coordinates.
-    """
+    """The hand of the manual's example: 10.000, -2.000, 5.000 mm. Rule: coordinates."""
     frame = Frame((1000,) * 4, hand=(10_000, -2_000, 5_000), on_r=on_r)
     assert frame.to_mm((0, 0, 0, 90_000)) == pytest.approx(mm)
     assert frame.to_pulses(mm) == pytest.approx((0, 0, 0, 90_000), abs=1e-6)
@@ -218,10 +199,7 @@ def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> 
 @pytest.mark.parametrize("axes", range(1, 7))
 @pytest.mark.parametrize("on_r", [False, True])
 def test_pulses_come_back_from_millimetres(axes: int, on_r: bool) -> None:
-    """However many axes the robot has.
-
-    Rule: coordinates.
-    """
+    """However many axes the robot has. Rule: coordinates."""
     frame = Frame(
         (1000.0, 700.0, 300.0, 100.0, 50.0, 1.5)[:axes],
         shift=(1_000, -2_000, 3_000, 33_000),
@@ -246,107 +224,6 @@ def test_a_way_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
 # Movements
 
 
-def test_each_robot_moves_for_itself() -> None:
-    """Robot 1 arrives after 1 s, robot 2 after 2 s.
-
-    Rule: robots-move.
-    """
-    motion, positions = Motion(), [0, 0]
-    first = Movement(PtpPath([_move(0, 100, 0)]), 0)
-    second = Movement(PtpPath([_move(0, -200, 1)]), 0)
-    motion.start(1, first)
-    motion.start(2, second)
-    motion.advance(500_000, positions)
-    assert positions == [50, -50]
-    motion.advance(1_100_000, positions)
-    assert positions == [100, -110]
-    assert (first.done, second.done) == (True, False)
-    assert (motion.moving(1), motion.moving(2)) == (False, True)
-    motion.stop(1_200_000, positions, "12.400")
-    assert positions == [100, -120]
-    assert (first.stopped_by, second.stopped_by) == ("", "12.400")
-    assert not motion.under_way
-
-
-def test_a_stop_of_some_axes_ends_the_movements_that_they_take_part_in() -> None:
-    """Rule: robots-move."""
-    motion, positions = Motion(), [0, 0, 0]
-    both = Movement(PtpPath([_move(0, 100, 0), _move(0, 100, 1)]), 0)
-    other = Movement(PtpPath([_move(0, 100, 2)]), 0)
-    motion.start(1, both)
-    motion.start(2, other)
-    motion.stop(500_000, positions, "6.6", {1})
-    assert (both.stopped_by, other.stopped_by) == ("6.6", "")
-    motion.advance(900_000, positions)
-    assert positions == [50, 50, 90]
-
-
-def test_an_interrupted_relative_movement_is_remembered_until_the_next_movement() -> None:
-    """Of that robot alone, and only under its own key.
-
-    Rule: relative-kept.
-    Source: remote command guide 4.2.2, note
-    """
-    motion, positions = Motion(), [0, 0]
-    motion.start(1, Movement(PtpPath([_move(0, 100, 0)]), 0, relative=("a",)))
-    motion.start(2, Movement(PtpPath([_move(0, 100, 1)]), 0))
-    motion.stop(500_000, positions, "12.400")
-    assert motion.kept_target(1, ("a",)) == {0: 100}
-    assert motion.kept_target(1, ("b",)) is None
-    assert motion.kept_target(2, None) is None
-    motion.start(2, Movement(PtpPath([_move(50, 90, 1)]), 500_000))
-    assert motion.kept_target(1, ("a",)) == {0: 100}
-    motion.start(1, Movement(PtpPath([_move(50, 60, 0)]), 500_000))
-    assert motion.kept_target(1, ("a",)) is None
-
-
-def test_a_relative_movement_that_has_arrived_is_not_remembered() -> None:
-    """Rule: relative-kept."""
-    motion, positions = Motion(), [0]
-    motion.start(1, Movement(PtpPath([_move(0, 100, 0)]), 0, relative=("a",)))
-    motion.stop(1_100_000, positions, "12.400")
-    assert motion.kept_target(1, ("a",)) is None
-
-
-def test_a_pushing_axis_stands_at_the_workpiece() -> None:
-    """From 0.6 s on; it has no end of its own there. Another movement goes through.
-
-    Rule: push-model.
-    """
-    motion, positions = Motion(), [0, 0]
-    motion.workpieces.update({0: 60, 1: 60})
-    push = Movement(PtpPath([_move(0, 100, 0)]), 0, pushing=True)
-    motion.start(1, push)
-    motion.start(2, Movement(PtpPath([_move(0, 100, 1)]), 0))
-    motion.advance(500_000, positions)
-    assert (positions, push.blocked_us) == ([50, 50], None)
-    for now in (700_000, 2_000_000):
-        motion.advance(now, positions)
-        assert positions[0] == 60
-        assert push.blocked_us == 700_000
-        assert not push.done
-    assert positions[1] == 100
-    del motion.workpieces[0]
-    motion.advance(2_005_000, positions)
-    assert (positions[0], push.done, push.blocked_us) == (100, True, None)
-
-
-def test_a_movement_may_be_done_within_the_tolerance_and_still_go_on() -> None:
-    """10 pulses before the end, after 0.9 s.
-
-    Rule: arrival.
-    """
-    motion, positions = Motion(), [0]
-    movement = Movement(PtpPath([_move(0, 100, 0)]), 0, tolerance={0: 10})
-    motion.start(1, movement)
-    motion.advance(890_000, positions)
-    assert (positions, movement.done) == ([89], False)
-    motion.advance(905_000, positions)
-    assert (positions, movement.done, motion.moving(1)) == ([90], True, False)
-    motion.stop(950_000, positions, "12.400")
-    assert (positions, movement.stopped_by) == ([95], "")
-
-
 def test_a_path_that_passes_its_target_on_the_way_is_not_done_there() -> None:
     """An arc that begins beside its end, and an arch axis that rises past its target.
 
@@ -369,13 +246,3 @@ def test_a_path_that_passes_its_target_on_the_way_is_not_done_there() -> None:
     assert not motion.moving(2)
     motion.advance(9_950_000, positions)
     assert not motion.moving(1)
-
-
-def test_a_copy_of_a_movement_goes_its_own_way() -> None:
-    """As a snapshot of the controller does."""
-    motion, positions = Motion(), [0]
-    motion.start(1, Movement(PtpPath([_move(0, 100, 0)]), 0))
-    twin, elsewhere = copy.deepcopy(motion), [0]
-    motion.stop(500_000, positions, "12.400")
-    twin.advance(1_500_000, elsewhere)
-    assert (positions, elsewhere) == ([50], [100])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rcx_harness.robot import Point
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 
 def test_the_controller_starts_in_the_servo_off_state() -> None:
@@ -22,11 +22,8 @@ def test_the_controller_starts_in_the_servo_off_state() -> None:
     assert outputs == {"SO00", "SO01", "SO04", "SO10"}
 
 
-def test_the_controller_has_booted_at_time_0_unless_it_is_told_otherwise() -> None:
-    """It answers in its first cycle.
-
-    Rule: boot.
-    """
+def test_the_controller_has_booted_at_time_0_by_default() -> None:
+    """It answers in its first cycle. Rule: boot."""
     master = Master()
     master.run(5)
     assert master.on("SO01")
@@ -51,41 +48,9 @@ def test_si00_off_at_power_on_is_an_emergency_stop_without_alarm() -> None:
     assert latched.on("SO03")
 
 
-@pytest.mark.parametrize(("size", "length"), [(48, 48), (256, 256)])
-def test_the_area_has_48_or_256_bytes(size: int, length: int) -> None:
-    """Source: manual chapter 1, 4.1 and 4.2."""
-    master = Master(size=size)
-    master.run(300)
-    assert len(master.so) == length
-    assert master.on("SO01")
-
-
-def test_without_connection_si00_and_si06_turn_off_inside() -> None:
-    """Loss in operation: emergency stop, alarms 12.552 and 12.600, program stopped.
-
-    Rule: link-lost, link-loss-alarm.
-    Source: manual chapter 1, 5.2
-    """
-    master = Master()
-    master.servo_on()
-    master.pulse("SI12")
-    assert master.on("SO13")
-    master.connected = False
-    master.run(50)
-    assert master.on("SO00")
-    assert master.on("SO03")
-    assert not master.on("SO02")
-    assert not master.on("SO13")
-    assert [alarm.number for alarm in master.robot.alarms.active] == ["12.552", "12.600"]
-
-
 def test_a_loss_of_the_link_is_one_alarm_however_long_it_lasts() -> None:
-    """Also where it is no serious one.
-
-    Rule: link-loss-alarm, minor-alarms.
-    """
-    master = Master(minor_alarms=("12.552",))
-    master.power_up()
+    """Also where it is no serious one. Rule: link-loss-alarm, minor-alarms."""
+    master = powered_up(minor_alarms=("12.552",))
     master.connected = False
     master.run(100)
     master.robot.inject("warning")
@@ -93,32 +58,10 @@ def test_a_loss_of_the_link_is_one_alarm_however_long_it_lasts() -> None:
     assert [alarm.number for alarm in master.robot.alarms.history] == ["12.552", "12.600"]
 
 
-def test_after_recovery_alarm_reset_and_servo_on_bring_the_robot_back() -> None:
-    """The inputs that stood ON all the time are no change by the master.
-
-    Rule: link-first-image.
-    Source: manual chapter 1, 5.2
-    """
-    master = Master()
-    master.servo_on()
-    master.connected = False
-    master.run(200)
-    master.connected = True
-    master.run(50)
-    assert not master.on("SO00")
-    assert master.on("SO03")
-    master.pulse("SI16")
-    assert not master.on("SO03")
-    master.pulse("SI01")
-    assert master.on("SO02")
-    assert master.texts() == []
-
-
 @pytest.mark.parametrize(("edges", "expected"), [(False, False), (True, True)])
 def test_an_input_that_is_on_at_the_first_image_makes_no_edge(edges: bool, expected: bool) -> None:
     """Rule: link-first-image."""
-    master = Master(recovery_edges=edges, program_needs_servo=False)
-    master.power_up()
+    master = powered_up(recovery_edges=edges, program_needs_servo=False)
     master.connected = False
     master.run(100)
     master.turn("SI16", True)
@@ -129,79 +72,9 @@ def test_an_input_that_is_on_at_the_first_image_makes_no_edge(edges: bool, expec
     assert not master.on("SO14")
 
 
-def test_no_connection_at_power_on_is_alarm_12_551_until_the_connection_comes() -> None:
-    """Rule: link-error-at-power-on."""
-    master = Master(link_error_delay=100)
-    master.connected = False
-    master.run(100)
-    assert master.robot.alarms.active == []
-    master.run(10)
-    assert [alarm.number for alarm in master.robot.alarms.active] == ["12.551"]
-    assert not master.on("SO03")
-    master.connected = True
-    master.run(20)
-    assert master.robot.alarms.active == []
-    assert [alarm.number for alarm in master.robot.alarms.history] == ["12.551"]
-
-
-def test_a_command_that_runs_when_the_link_is_lost_ends_abnormally() -> None:
-    """The end stays until the status reset command.
-
-    Rule: link-command.
-    """
-    master = Master(command_delay=200)
-    master.power_up()
-    master.send(0x0501)
-    master.run(50)
-    assert master.status == 0x0100
-    master.connected = False
-    master.run(50)
-    master.connected = True
-    master.run(50)
-    assert master.words[:3] == (0x4000, 12, 552)
-    master.send()
-    master.run(10)
-    assert master.words == (0,) * 16
-
-
-def test_a_parallel_io_board_that_is_valid_stops_the_robot_too() -> None:
-    """Rule: parallel-stop.
-
-    Source: manual chapter 1, 5.1
-    """
-    for state, stopped in (("valid", True), ("invalid", False), ("none", False)):
-        master = Master(parallel_io=state)
-        master.servo_on()
-        master.pulse("SI12")
-        master.robot.inject("parallel_stop")
-        master.run(50)
-        assert master.on("SO13") is not stopped
-
-
-def test_power_cycle_forgets_servo_and_alarms_but_keeps_points() -> None:
-    """Rule: power-on-state.
-
-    Source: manual chapter 5, 2 (alarms that need a power restart)
-    """
-    master = Master()
-    master.servo_on()
-    master.execute(0x0100, 0, 7, 0, 1234)
-    master.robot.inject("alarm", group=12, category=900)
-    master.run(10)
-    assert master.on("SO03")
-    master.robot.inject("power_cycle")
-    master.run(10)
-    assert master.so == bytes(48)
-    master.run(300)
-    assert not master.on("SO02")
-    assert not master.on("SO03")
-    assert master.execute(0x0101, 0, 7)[4] == 1234
-
-
 def test_an_input_that_comes_on_during_the_boot_makes_no_edge() -> None:
     """Rule: link-first-image."""
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.robot.inject("power_cycle")
     master.run(50)
     master.turn_and_wait("SI12", True, 500)
@@ -211,8 +84,7 @@ def test_an_input_that_comes_on_during_the_boot_makes_no_edge() -> None:
 
 def test_power_off_turns_all_outputs_off_until_power_on() -> None:
     """Rule: boot."""
-    master = Master(boot_time=50)
-    master.power_up()
+    master = powered_up(boot_time=50)
     master.pulse("SI12")
     master.robot.inject("power_off")
     assert not master.robot.program.running
@@ -225,8 +97,7 @@ def test_power_off_turns_all_outputs_off_until_power_on() -> None:
 
 def test_power_off_in_a_movement_leaves_the_axes_where_they_are() -> None:
     """Rule: halt."""
-    master = Master(points={19: Point((100000, 0, 0, 0, 0, 0))})
-    master.servo_on()
+    master = servos_on(points={19: Point((100000, 0, 0, 0, 0, 0))})
     master.send(0x0001, 0x0004, 0, 10, 19)
     master.run(300)
     before = master.robot.positions[0]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from rcx_harness.robot.config import RobotProgram
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 BRAKE, SERVO, FREE = 0, 1, 2  # guide, 4.7.3
 MOVE = (0x0009, 0x0000, 0, 0, 0x0001)
@@ -32,12 +32,8 @@ def _send(master: Master, *words: int) -> None:
 @pytest.mark.parametrize(("knob", "runs"), [(True, False), (False, True)])
 @pytest.mark.parametrize("off", _OFF)
 def test_without_motor_power_the_program_stops_or_goes_on(off: str, knob: bool, runs: bool) -> None:
-    """It does not start by itself when the power is back.
-
-    Rule: main-power, servo-off-command.
-    """
-    master = Master(motor_power_stops_program=knob)
-    master.servo_on()
+    """It does not start by itself when the power is back. Rule: main-power, servo-off-command."""
+    master = servos_on(motor_power_stops_program=knob)
     master.pulse("SI12")
     assert master.on("SO13")
     _OFF[off](master)
@@ -56,12 +52,8 @@ def test_without_motor_power_the_program_stops_or_goes_on(off: str, knob: bool, 
 
 @pytest.mark.parametrize("programs", [True, False])
 def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
-    """Whatever the programs do.
-
-    Rule: main-power.
-    """
-    master = Master(motor_power_stops_program=programs, servo_off_alarm="6.301")
-    master.servo_on()
+    """Whatever the programs do. Rule: main-power."""
+    master = servos_on(motor_power_stops_program=programs, servo_off_alarm="6.301")
     _send(master, *POINT_1)
     master.send(*MOVE)
     master.run(50)
@@ -73,12 +65,8 @@ def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
 
 @pytest.mark.parametrize(("alarm", "expected"), [("", []), ("17.1", ["17.1"])])
 def test_the_loss_of_main_power_may_be_an_alarm(alarm: str, expected: list[str]) -> None:
-    """One, however often it is said; none when the power comes back.
-
-    Rule: main-power.
-    """
-    master = Master(main_power_alarm=alarm)
-    master.power_up()
+    """One, however often it is said; none when the power comes back. Rule: main-power."""
+    master = powered_up(main_power_alarm=alarm)
     for event in ("main_power_off", "main_power_off", "main_power_on"):
         master.robot.inject(event)
         master.run(10)
@@ -98,12 +86,8 @@ _SERVOS_OFF: dict[str, Callable[[Master], None]] = {
 @pytest.mark.parametrize(("knob", "state"), [(True, BRAKE), (False, FREE)])
 @pytest.mark.parametrize("off", _SERVOS_OFF)
 def test_a_free_axis_when_all_servos_go_off(off: str, knob: bool, state: int) -> None:
-    """The others get their brakes in either reading.
-
-    Rule: free-axes.
-    """
-    master = Master(servo_off_brakes_free_axes=knob)
-    master.servo_on()
+    """The others get their brakes in either reading. Rule: free-axes."""
+    master = servos_on(servo_off_brakes_free_axes=knob)
     _send(master, 0x0036, 0, 0x0008)  # servo free of axis 4, the guide's example of 4.2.13
     assert _states(master) == (SERVO, SERVO, SERVO, FREE)
     _SERVOS_OFF[off](master)
@@ -117,8 +101,7 @@ def test_motor_power_off_and_power_off_lock_every_brake(knob: bool) -> None:
 
     Source: remote command guide 4.2.20: the dynamic brake is applied and locked
     """
-    master = Master(servo_off_brakes_free_axes=knob)
-    master.servo_on()
+    master = servos_on(servo_off_brakes_free_axes=knob)
     _send(master, 0x0036)
     assert _states(master) == (FREE,) * 4
     _send(master, 0x0041)
@@ -140,8 +123,7 @@ def test_outputs_at_power_on(clears: bool, kept: int) -> None:
 
     Rule: internal-outputs, outputs-kept.
     """
-    master = Master(power_clears_internal_outputs=clears)
-    master.power_up()
+    master = powered_up(power_clears_internal_outputs=clears)
     ports = [(1, 2), (2, 2), (2, 0x27), (3, 0), (3, 1), (4, 0), (6, 2)]
     for kind, port in ports:
         _send(master, 0x0300, 0, kind << 12 | port << 4, 0x01)
@@ -153,12 +135,8 @@ def test_outputs_at_power_on(clears: bool, kept: int) -> None:
 
 
 def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
-    """They are the surroundings', as the switches and stops are.
-
-    Rule: power-on-state.
-    """
-    master = Master(parallel_io="valid")
-    master.power_up()
+    """They are the surroundings', as the switches and stops are. Rule: power-on-state."""
+    master = powered_up(parallel_io="valid")
     master.robot.inject("parallel_input", port=20, on=1)
     master.robot.inject("parallel_stop")
     master.robot.inject("manual_mode")
@@ -187,8 +165,7 @@ def test_a_power_cycle_ends_alarms_and_warning_and_keeps_the_history() -> None:
     Rule: power-cycle.
     """
     steps = ("A=7", "WAIT SI(20)=1")
-    master = Master(programs=(RobotProgram(steps=steps, loop=False),))
-    master.power_up()
+    master = powered_up(programs=(RobotProgram(steps=steps, loop=False),))
     assert master.execute(0x0101, 0, 7)[:3] == (0x4000, 6, 204)
     master.pulse("SI12")
     master.robot.inject("warning")
@@ -208,8 +185,7 @@ def test_a_power_cycle_ends_alarms_and_warning_and_keeps_the_history() -> None:
 @pytest.mark.parametrize("by_command", [False, True])
 def test_an_alarm_reset_and_a_warning(knob: bool, warning: bool, by_command: bool) -> None:
     """Rule: warning-reset."""
-    master = Master(reset_clears_warning=knob)
-    master.power_up()
+    master = powered_up(reset_clears_warning=knob)
     master.robot.inject("warning")
     if by_command:
         _send(master, 0x0604)
@@ -221,8 +197,7 @@ def test_an_alarm_reset_and_a_warning(knob: bool, warning: bool, by_command: boo
 @pytest.mark.parametrize(("alarms", "ok"), [((), True), (("12.900",), False)])
 def test_cpu_ok_with_a_serious_alarm(alarms: tuple[str, ...], ok: bool) -> None:
     """Rule: cpu-ok."""
-    master = Master(cpu_fault_alarms=alarms)
-    master.power_up()
+    master = powered_up(cpu_fault_alarms=alarms)
     master.robot.inject("alarm")
     master.run(5)
     assert master.on("SO01")
@@ -232,12 +207,8 @@ def test_cpu_ok_with_a_serious_alarm(alarms: tuple[str, ...], ok: bool) -> None:
 
 
 def test_a_serious_alarm_that_leaves_the_servos_on_keeps_everything_from_starting() -> None:
-    """What runs goes on.
-
-    Rule: alarm-stops.
-    """
-    master = Master(alarm_stops_servo=False)
-    master.servo_on()
+    """What runs goes on. Rule: alarm-stops."""
+    master = servos_on(alarm_stops_servo=False)
     _send(master, *POINT_1)
     master.pulse("SI12")
     master.robot.inject("alarm", group=17, category=5)
@@ -248,8 +219,7 @@ def test_a_serious_alarm_that_leaves_the_servos_on_keeps_everything_from_startin
     master.pulse("SI17")
     assert master.on("SO11")
     assert not master.robot.machine.origin_running
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
+    master.drop("SI06")
     master.pulse("SI12")
     assert not master.on("SO13")
     assert master.execute(0x0402)[:3] == (0x4000, 17, 5)
@@ -259,12 +229,8 @@ def test_a_serious_alarm_that_leaves_the_servos_on_keeps_everything_from_startin
 
 @pytest.mark.parametrize("event", ["pendant_on", "safety_on"])
 def test_a_command_that_runs_when_commands_are_disabled_goes_on_to_its_end(event: str) -> None:
-    """Rule: disabled-while-running.
-
-    Source: remote command guide chapter 3, restrictions
-    """
-    master = Master()
-    master.servo_on()
+    """Rule: disabled-while-running. Source: remote command guide chapter 3, restrictions."""
+    master = servos_on()
     _send(master, *POINT_1)
     master.send(*MOVE)
     master.run(50)

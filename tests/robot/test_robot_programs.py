@@ -7,29 +7,12 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import RobotProgram
-from robot_master import Master
-
-
-def test_program_reset_and_program_execution() -> None:
-    """Rule: program-reset, program-start.
-
-    Source: manual chapter 5, 3.2
-    """
-    master = Master()
-    master.servo_on()
-    master.pulse("SI15")
-    assert (master.on("SO14"), master.on("SO13")) == (True, False)
-    master.pulse("SI12")
-    assert (master.on("SO14"), master.on("SO13")) == (False, True)
+from robot_master import powered_up, servos_on
 
 
 def test_program_reset_and_start_need_auto_mode() -> None:
-    """Rule: program-reset, manual-mode.
-
-    Source: manual chapter 5, 2, SI(15) and SO(10)
-    """
-    master = Master()
-    master.servo_on()
+    """Rule: program-reset, manual-mode. Source: manual chapter 5, 2, SI(15) and SO(10)."""
+    master = servos_on()
     master.pulse("SI12")
     master.robot.inject("manual_mode")
     master.run(10)
@@ -42,60 +25,13 @@ def test_program_reset_and_start_need_auto_mode() -> None:
     assert (master.on("SO10"), master.on("SO14")) == (True, True)
 
 
-def test_the_program_cannot_be_executed_with_si06_off() -> None:
-    """The attempt is alarm 12.400, which latches nothing.
-
-    Rule: program-start, stop-alarm, minor-alarms.
-    Source: manual chapter 5, 3.2, note; chapter 4, 4
-    """
-    master = Master()
-    master.servo_on()
-    master.turn_and_wait("SI06", False)
-    master.pulse("SI12")
-    assert not master.on("SO13")
-    assert not master.on("SO03")
-    assert [alarm.number for alarm in master.robot.alarms.history] == ["12.400"]
-
-
-def test_the_program_cannot_be_executed_with_si00_off() -> None:
-    """Rule: program-start.
-
-    Source: manual chapter 5, 3.2, note
-    """
-    master = Master()
-    master.run(300)
-    master.turn_and_wait("SI06", True)
-    master.pulse("SI12")
-    assert not master.on("SO13")
-
-
-def test_stop_input_off_stops_the_program_and_it_goes_on_after_it() -> None:
-    """No alarm reset is needed in between.
-
-    Rule: program-stop, program-restart, stop-alarm, minor-alarms.
-    Source: manual chapter 5, 3.3
-    """
-    master = Master()
-    master.servo_on()
-    master.pulse("SI12")
-    master.turn_and_wait("SI06", False)
-    assert not master.on("SO13")
-    assert not master.on("SO03")
-    assert [alarm.number for alarm in master.robot.alarms.history] == ["12.400"]
-    master.turn_and_wait("SI06", True)
-    assert not master.on("SO13")
-    master.pulse("SI12")
-    assert master.on("SO13")
-
-
 def test_an_emergency_stop_stops_the_program() -> None:
     """To run it again, alarm reset and servo ON are needed.
 
     Rule: program-emergency.
     Source: manual chapter 5, 3.3, note
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.pulse("SI12")
     master.turn_and_wait("SI00", False)
     states = (master.on("SO13"), master.on("SO02"), master.on("SO03"))
@@ -110,13 +46,9 @@ def test_an_emergency_stop_stops_the_program() -> None:
 
 
 def test_a_program_that_does_not_loop_ends_after_its_duration() -> None:
-    """A stop does not count.
-
-    Rule: program-length.
-    """
+    """A stop does not count. Rule: program-length."""
     program = RobotProgram(duration=500, loop=False)
-    master = Master(programs=(program,), program_start_delay=0, program_stop_delay=0)
-    master.servo_on()
+    master = servos_on(programs=(program,), program_start_delay=0, program_stop_delay=0)
     master.turn_and_wait("SI12", True, 200)
     master.turn_and_wait("SI06", False, 1000)
     master.turn_and_wait("SI12", False, 200)
@@ -133,8 +65,7 @@ def test_a_program_that_does_not_loop_ends_after_its_duration() -> None:
 )
 def test_whether_a_program_needs_the_servos(config: dict[str, Any], running: bool) -> None:
     """Rule: program-servo."""
-    master = Master(**config)
-    master.power_up()
+    master = powered_up(**config)
     master.pulse("SI12")
     assert master.on("SO13") is running
 
@@ -142,8 +73,7 @@ def test_whether_a_program_needs_the_servos(config: dict[str, Any], running: boo
 @pytest.mark.parametrize(("knob", "running"), [(False, True), (True, False)])
 def test_program_reset_while_running(knob: bool, running: bool) -> None:
     """Rule: program-reset-running."""
-    master = Master(reset_while_running=knob)
-    master.power_up()
+    master = powered_up(reset_while_running=knob)
     master.pulse("SI12")
     master.pulse("SI15")
     assert master.on("SO13") is running
@@ -152,8 +82,7 @@ def test_program_reset_while_running(knob: bool, running: bool) -> None:
 
 def test_the_end_of_the_program_can_be_injected() -> None:
     """Rule: program-length."""
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.pulse("SI12")
     master.robot.inject("program_end")
     master.run(5)
@@ -161,17 +90,12 @@ def test_the_end_of_the_program_can_be_injected() -> None:
 
 
 def test_the_sequence_program_runs_while_si10_is_on() -> None:
-    """Rule: sequence, sequence-program.
-
-    Source: manual chapter 5, 2, SI(10) and SO(12)
-    """
-    master = Master()
-    master.power_up()
+    """Rule: sequence, sequence-program. Source: manual chapter 5, 2, SI(10) and SO(12)."""
+    master = powered_up()
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")
     master.turn_and_wait("SI10", False)
     assert not master.on("SO12")
-    without = Master(sequence_program=False)
-    without.power_up()
+    without = powered_up(sequence_program=False)
     without.turn_and_wait("SI10", True)
     assert not without.on("SO12")

@@ -34,7 +34,7 @@ def test_a_rule_of_the_manual_has_its_section_and_no_knob() -> None:
     assert {rule.basis for rule in rules() if rule.section} == {"manual"}
 
 
-def test_a_rule_that_somebody_else_says_or_measured_names_its_source() -> None:
+def test_a_rule_that_is_public_or_measured_names_its_source() -> None:
     """What a rule rests on: the manual, a public source, a measurement, or an assumption."""
     assert Rule("a", "text", section="ch. 1").basis == "manual"
     assert Rule("a", "text", knobs=("b",)).basis == "assumed"
@@ -95,9 +95,7 @@ def test_the_rules_of_each_list_are_numbered_from_1_on() -> None:
         assert rows == [(str(number), name) for number, name in enumerate(mine, 1)]
 
 
-def test_the_page_names_the_source_of_what_is_not_the_manuals(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_page_names_the_source_of_other_rules(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "## Measured at a real controller\n\nNone yet.\n" in fidelity_page()
     found = Rule(
         "found", "It blinks.", basis="public", source="a list", knobs=("size", "host_version")

@@ -95,9 +95,7 @@ def test_a_robot_without_a_type_is_its_axes_and_their_limits() -> None:
     assert [(one["low"], one["high"]) for one in shape["axes"]] == [(-1000, 1000)] * 4
 
 
-def test_a_pose_has_hand_system_shift_and_hand_where_they_are_others_than_at_first(
-    tmp_path: Path,
-) -> None:
+def test_a_pose_has_what_differs_from_the_start(tmp_path: Path) -> None:
     controller = load(tmp_path, _FILE)
     controller.positions[1] = 100_000
     assert poses(controller) == [{}, {}]
@@ -111,10 +109,7 @@ def test_a_pose_has_hand_system_shift_and_hand_where_they_are_others_than_at_fir
 
 
 def test_a_hand_beside_the_r_axis_has_its_angle_in_degrees(tmp_path: Path) -> None:
-    """Data 1 in pulses of axis 2, here 2923.9 a degree.
-
-    Source: remote command guide 4.3.5
-    """
+    """Data 1 in pulses of axis 2, here 2923.9 a degree. Source: remote command guide 4.3.5."""
     text = 'robot = "YK400XEC"\n[hands.1]\n1 = [29239, 40000, 5000, 0]\n'
     controller = load(tmp_path, text)
     controller.machine.settings.of(1).hand = 1

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 
 def _numbers(master: Master) -> list[str]:
@@ -19,8 +19,7 @@ def test_servo_on_is_executed_when_si01_switches_from_off_to_on() -> None:
     Rule: servo-on, answers.
     Source: manual chapter 5, 2 and 3.1, initial servo ON process
     """
-    master = Master(servo_on_delay=50)
-    master.power_up()
+    master = powered_up(servo_on_delay=50)
     master.turn_and_wait("SI01", True, 50)
     assert not master.on("SO02")
     master.run(5)
@@ -30,50 +29,13 @@ def test_servo_on_is_executed_when_si01_switches_from_off_to_on() -> None:
     assert master.on("SO02")
 
 
-def test_servo_on_needs_si00_on_and_every_emergency_stop_cancelled() -> None:
-    """Rule: servo-on.
-
-    Source: manual chapter 5, 2, SI(01)
-    """
-    master = Master()
-    master.run(300)
-    master.pulse("SI01")
-    assert not master.on("SO02")
-    master.turn_and_wait("SI00", True)
-    master.robot.inject("emergency_stop")
-    master.run(50)
-    assert master.on("SO00")
-    master.pulse("SI01")
-    assert not master.on("SO02")
-    master.robot.inject("emergency_stop_release")
-    master.run(50)
-    master.pulse("SI16")
-    master.pulse("SI01")
-    assert master.on("SO02")
-
-
-def test_shift_to_emergency_stop() -> None:
-    """SI(00) OFF: SO(00) and SO(03) ON, SO(02) OFF, 12.600.
-
-    Rule: emergency-stop, mp-ready.
-    Source: manual chapter 5, 3.1, shift to emergency stop; chapter 4, 4
-    """
-    master = Master()
-    master.servo_on()
-    master.turn_and_wait("SI00", False, 5)
-    outputs = {name for name in ("SO00", "SO01", "SO02", "SO03", "SO04") if master.on(name)}
-    assert outputs == {"SO00", "SO01", "SO03", "SO04"}
-    assert _numbers(master) == ["12.600"]
-
-
 def test_a_short_switch_off_of_si00_is_an_emergency_stop_too() -> None:
     """It is not forgotten while its answer is on the way.
 
     Rule: emergency-stop.
     Source: manual chapter 5, 3.1
     """
-    master = Master(emergency_stop_delay=30)
-    master.servo_on()
+    master = servos_on(emergency_stop_delay=30)
     master.turn_and_wait("SI00", False, 10)
     master.turn_and_wait("SI00", True, 200)
     assert not master.on("SO00")
@@ -86,10 +48,8 @@ def test_servo_on_from_emergency_stop_goes_over_the_alarm_reset() -> None:
 
     Source: manual chapter 5, 3.1, servo ON process from emergency stop status
     """
-    master = Master()
-    master.servo_on()
-    master.turn_and_wait("SI00", False)
-    master.turn_and_wait("SI00", True)
+    master = servos_on()
+    master.drop("SI00")
     assert not master.on("SO00")
     assert master.on("SO03")
     master.pulse("SI01")
@@ -107,11 +67,9 @@ def test_an_emergency_stop_ends_a_servo_on_that_is_not_yet_answered() -> None:
     Rule: emergency-stop, answers.
     Source: manual chapter 5, 3.1
     """
-    master = Master(servo_on_delay=2000)
-    master.power_up()
+    master = powered_up(servo_on_delay=2000)
     master.pulse("SI01")
-    master.turn_and_wait("SI00", False)
-    master.turn_and_wait("SI00", True)
+    master.drop("SI00")
     master.pulse("SI16")
     assert not master.on("SO03")
     master.run(2000)
@@ -119,12 +77,9 @@ def test_an_emergency_stop_ends_a_servo_on_that_is_not_yet_answered() -> None:
 
 
 @pytest.mark.parametrize(("knob", "alarm"), [(False, True), (True, False)])
-def test_the_alarm_reset_waits_for_the_release_of_the_emergency_stop(
-    knob: bool, alarm: bool
-) -> None:
+def test_the_alarm_reset_needs_a_released_emergency_stop(knob: bool, alarm: bool) -> None:
     """Rule: reset-after-release."""
-    master = Master(reset_in_emergency_stop=knob)
-    master.servo_on()
+    master = servos_on(reset_in_emergency_stop=knob)
     master.turn_and_wait("SI00", False)
     master.pulse("SI16")
     assert master.on("SO03") is alarm
@@ -132,10 +87,8 @@ def test_the_alarm_reset_waits_for_the_release_of_the_emergency_stop(
 
 def test_servo_on_with_an_alarm_is_a_knob() -> None:
     """Rule: servo-needs-reset."""
-    master = Master(servo_on_with_alarm=True)
-    master.servo_on()
-    master.turn_and_wait("SI00", False)
-    master.turn_and_wait("SI00", True)
+    master = servos_on(servo_on_with_alarm=True)
+    master.drop("SI00")
     master.pulse("SI01")
     assert master.on("SO02")
 
@@ -145,8 +98,7 @@ def test_without_so04_the_servo_on_input_has_no_effect_whatever_the_knob() -> No
 
     Source: manual chapter 5, 2, SO(04): servo ON operation is enabled by the servo ON input signal
     """
-    master = Master(servo_on_with_alarm=True)
-    master.power_up()
+    master = powered_up(servo_on_with_alarm=True)
     master.robot.inject("alarm")
     master.run(10)
     assert not master.on("SO04")
@@ -155,8 +107,7 @@ def test_without_so04_the_servo_on_input_has_no_effect_whatever_the_knob() -> No
 
 
 def _turn_off(master: Master) -> None:
-    master.turn_and_wait("SI00", False)
-    master.turn_and_wait("SI00", True)
+    master.drop("SI00")
 
 
 def _lose_link(master: Master) -> None:
@@ -168,7 +119,7 @@ def _lose_link(master: Master) -> None:
 
 @pytest.mark.parametrize("stop", [_turn_off, _lose_link])
 @pytest.mark.parametrize(("knob", "ready"), [(True, True), (False, False)])
-def test_mp_ready_in_emergency_stop_is_a_knob(
+def test_mp_ready_in_emergency_stop(
     stop: Callable[[Master], None], knob: bool, ready: bool
 ) -> None:
     """Word for word SO(04) is OFF as long as SO(03) is ON, also after the release.
@@ -193,8 +144,7 @@ def test_a_serious_error_turns_so03_on_and_so04_off() -> None:
     Rule: serious-alarm, alarm-stops.
     Source: manual chapter 5, 2, SO(03) and SO(04)
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.robot.inject("alarm", group=99, category=999)
     master.run(10)
     assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, True, False)
@@ -202,10 +152,9 @@ def test_a_serious_error_turns_so03_on_and_so04_off() -> None:
     assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, False, True)
 
 
-def test_an_alarm_that_is_not_named_is_a_serious_one_that_an_alarm_reset_clears() -> None:
+def test_the_default_alarm_is_serious_and_an_alarm_reset_clears_it() -> None:
     """Rule: serious-alarm, alarm-reset."""
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.robot.inject("alarm")
     master.run(10)
     assert master.on("SO03")
@@ -214,23 +163,9 @@ def test_an_alarm_that_is_not_named_is_a_serious_one_that_an_alarm_reset_clears(
     assert not master.on("SO03")
 
 
-def test_an_alarm_may_leave_the_servos_on() -> None:
-    """Rule: alarm-stops."""
-    master = Master(alarm_stops_servo=False)
-    master.servo_on()
-    master.robot.inject("alarm", group=99, category=999)
-    master.run(10)
-    assert master.on("SO02")
-    assert master.on("SO03")
-
-
 def test_some_alarms_need_a_power_restart() -> None:
-    """Rule: alarm-restart, alarm-reset.
-
-    Source: manual chapter 5, 2, SI(16)
-    """
-    master = Master(power_restart_alarms=("99.999",))
-    master.power_up()
+    """Rule: alarm-restart, alarm-reset. Source: manual chapter 5, 2, SI(16)."""
+    master = powered_up(power_restart_alarms=("99.999",))
     master.robot.inject("alarm", group=99, category=999)
     master.pulse("SI16")
     assert _numbers(master) == ["99.999"]
@@ -240,12 +175,8 @@ def test_some_alarms_need_a_power_restart() -> None:
 
 
 def test_a_warning_turns_so15_on() -> None:
-    """Rule: warning.
-
-    Source: manual chapter 5, 2, SO(15)
-    """
-    master = Master()
-    master.power_up()
+    """Rule: warning. Source: manual chapter 5, 2, SO(15)."""
+    master = powered_up()
     master.robot.inject("warning")
     master.run(5)
     assert master.on("SO15")
@@ -255,50 +186,11 @@ def test_a_warning_turns_so15_on() -> None:
     assert not master.on("SO15")
 
 
-@pytest.mark.parametrize(("knob", "servo"), [(True, False), (False, True)])
-def test_inputs_under_the_authority_of_the_programming_box(knob: bool, servo: bool) -> None:
-    """Rule: pendant-inputs."""
-    master = Master(pendant_blocks_inputs=knob)
-    master.power_up()
-    master.robot.inject("pendant_on")
-    master.pulse("SI01")
-    assert master.on("SO02") is servo
-    master.robot.inject("pendant_off")
-    master.pulse("SI01")
-    assert master.on("SO02")
-
-
-@pytest.mark.parametrize(("knob", "emergency"), [(True, True), (False, False)])
-def test_inputs_that_a_safety_setting_disables(knob: bool, emergency: bool) -> None:
-    """Rule: safety-inputs."""
-    master = Master(safety_keeps_stops=knob)
-    master.power_up()
-    master.robot.inject("safety_on")
-    master.pulse("SI01")
-    assert not master.on("SO02")
-    master.turn_and_wait("SI00", False)
-    assert master.on("SO00") is emergency
-    assert master.texts() == []
-
-
-def test_stops_count_as_long_as_no_safety_setting_disables_them() -> None:
-    """Rule: safety-inputs."""
-    master = Master(safety_keeps_stops=False)
-    master.servo_on()
-    master.turn_and_wait("SI06", False)
-    master.pulse("SI12")
-    assert not master.on("SO13")
-    assert not master.on("SO00")
-    master.turn_and_wait("SI00", False)
-    assert master.on("SO00")
-
-
 def test_delays_given_as_a_range_come_from_the_seed() -> None:
     """Rule: answers."""
 
     def answer_ms(seed: int) -> int:
-        master = Master(seed=seed, servo_on_delay=(5, 400))
-        master.power_up()
+        master = powered_up(seed=seed, servo_on_delay=(5, 400))
         master.turn("SI01", True)
         for count in range(100):
             master.run(5)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from rcx_harness.robot.config import Axis, RobotProgram
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 
 def _history(master: Master) -> list[str]:
@@ -72,8 +72,7 @@ def test_both_emergency_stops_must_be_released() -> None:
 
     Source: manual chapter 5, 2, SI(01): all emergency stop states are cancelled
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     _press(master)
     master.turn_and_wait("SI00", False)
     _release(master)
@@ -88,12 +87,8 @@ def test_both_emergency_stops_must_be_released() -> None:
 
 
 def test_an_emergency_stop_whose_alarm_was_reset_is_an_alarm_again_when_it_comes_again() -> None:
-    """Where it can be reset before its release.
-
-    Rule: emergency-stop, reset-after-release.
-    """
-    master = Master(reset_in_emergency_stop=True)
-    master.servo_on()
+    """Where it can be reset before its release. Rule: emergency-stop, reset-after-release."""
+    master = servos_on(reset_in_emergency_stop=True)
     master.turn_and_wait("SI00", False)
     master.pulse("SI16")
     assert not master.on("SO03")
@@ -116,16 +111,13 @@ _STOPS: dict[str, Callable[[Master], None]] = {
 
 @pytest.mark.parametrize("by_command", [False, True])
 @pytest.mark.parametrize("stop", _STOPS)
-def test_what_stops_a_program_takes_back_a_start_that_is_not_answered(
-    stop: str, by_command: bool
-) -> None:
+def test_a_stop_takes_back_a_start_that_is_not_answered(stop: str, by_command: bool) -> None:
     """However short the stop is; the program does not start by itself after it.
 
     Rule: start-withdrawn, program-stop.
     Source: manual chapter 5, 3.3: Turn OFF to stop the robot program
     """
-    master = Master(program_start_delay=1000, emergency_stop_delay=5, program_stop_delay=5)
-    master.servo_on()
+    master = servos_on(program_start_delay=1000, emergency_stop_delay=5, program_stop_delay=5)
     if by_command:
         assert master.execute(0x0402, 0)[0] == 0x0200
     else:
@@ -151,12 +143,8 @@ def test_what_stops_a_program_takes_back_a_start_that_is_not_answered(
 
 
 def test_a_stop_that_an_emergency_stop_overtakes_does_not_stop_the_next_start() -> None:
-    """Rule: answers, program-emergency, program-restart.
-
-    Source: manual chapter 5, 3.3, note
-    """
-    master = Master(program_stop_delay=3000)
-    master.servo_on()
+    """Rule: answers, program-emergency, program-restart. Source: manual chapter 5, 3.3, note."""
+    master = servos_on(program_stop_delay=3000)
     master.pulse("SI12")
     master.turn_and_wait("SI06", False)
     master.turn_and_wait("SI00", False)
@@ -173,13 +161,9 @@ def test_a_stop_that_an_emergency_stop_overtakes_does_not_stop_the_next_start() 
 
 @pytest.mark.parametrize("name", ["SI01", "SI12"])
 def test_an_alarm_before_the_answer_takes_the_request_back(name: str) -> None:
-    """Also one that leaves the servos as they are.
-
-    Rule: alarm-stops, answers.
-    """
+    """Also one that leaves the servos as they are. Rule: alarm-stops, answers."""
     delays = {"servo_on_delay": 500, "program_start_delay": 500}
-    master = Master(alarm_stops_servo=False, **delays)
-    master.power_up()
+    master = powered_up(alarm_stops_servo=False, **delays)
     master.pulse(name)
     master.robot.inject("alarm")
     master.run(1000)
@@ -188,13 +172,12 @@ def test_an_alarm_before_the_answer_takes_the_request_back(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["SI14", "SI17", "SI12"])
 @pytest.mark.parametrize("stopped", [True, False])
-def test_what_is_started_in_the_stop_status_is_alarm_12_400(name: str, stopped: bool) -> None:
+def test_a_start_in_the_stop_status_is_alarm_12_400(name: str, stopped: bool) -> None:
     """Rule: stop-alarm, minor-alarms.
 
     Source: manual chapter 4, 4, 12.400 a: program execution or axis movement was attempted
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     if stopped:
         master.turn_and_wait("SI06", False)
     master.pulse(name)
@@ -208,8 +191,7 @@ def test_what_is_started_in_the_stop_status_is_alarm_12_400(name: str, stopped: 
 
 def test_a_return_to_origin_without_an_axis_to_move_is_no_attempt() -> None:
     """Rule: origin-model, stop-alarm."""
-    master = Master(axes=(Axis(origin_method="mark"),))
-    master.servo_on()
+    master = servos_on(axes=(Axis(origin_method="mark"),))
     master.turn_and_wait("SI06", False)
     master.pulse("SI14")
     assert _history(master) == []
@@ -222,8 +204,7 @@ def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
     Rule: stop-alarm, origin-command-needs.
     Source: manual chapter 4, 4, 12.400 b
     """
-    master = Master(origin_time=2000)
-    master.servo_on()
+    master = servos_on(origin_time=2000)
     if command:
         master.send(command)
         master.run(50)
@@ -238,12 +219,8 @@ def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
 
 @pytest.mark.parametrize(("knob", "runs"), [(False, True), (True, False)])
 def test_a_sequence_program_in_an_emergency_stop(knob: bool, runs: bool) -> None:
-    """It goes on in a stop; by the knob an emergency stop holds it.
-
-    Rule: sequence-program.
-    """
-    master = Master(emergency_stops_sequence=knob)
-    master.servo_on()
+    """It goes on in a stop; by the knob an emergency stop holds it. Rule: sequence-program."""
+    master = servos_on(emergency_stops_sequence=knob)
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")
     master.turn_and_wait("SI06", False)
@@ -265,8 +242,7 @@ def test_programs_and_the_mode(auto: bool, starts_in_manual: bool, stops_in_manu
     Source: manual chapter 5, 2, SI(15)
     """
     config = {"start_needs_auto": auto, "manual_mode_stops_program": stops_in_manual}
-    master = Master(manual_mode_alarm="0.20", **config)
-    master.servo_on()
+    master = servos_on(manual_mode_alarm="0.20", **config)
     master.pulse("SI12")
     assert master.on("SO13")
     master.robot.inject("manual_mode")
@@ -276,8 +252,7 @@ def test_programs_and_the_mode(auto: bool, starts_in_manual: bool, stops_in_manu
         answer = master.execute(0x0402, 0)[:3]
         assert answer == ((0x0200, 0, 0) if starts_in_manual else (0x4000, 0, 20))
         assert master.on("SO13") is starts_in_manual
-        master.turn_and_wait("SI06", False)
-        master.turn_and_wait("SI06", True)
+        master.drop("SI06")
         master.pulse("SI12")
         assert master.on("SO13") is starts_in_manual
     master.turn_and_wait("SI06", False)
@@ -295,26 +270,21 @@ def test_started_after_a_stop_a_program_goes_on_or_begins_anew(anew: bool, line:
     Source: manual chapter 5, 3.3, program execution after stopping program with stop input
     """
     steps = ("WAIT SI(20)=1", "SO(20)=1", "WAIT SI(21)=1")
-    master = Master(restart_begins_anew=anew, programs=(RobotProgram(steps=steps, loop=False),))
-    master.servo_on()
+    master = servos_on(restart_begins_anew=anew, programs=(RobotProgram(steps=steps, loop=False),))
     master.pulse("SI12")
     master.si[34] = 1
     master.run(20)
     master.si[34] = 0
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
+    master.drop("SI06")
     master.pulse("SI12")
     assert master.on("SO13")
     assert master.robot.program.main.line == line
 
 
 @pytest.mark.parametrize(("knob", "runs"), [(False, True), (True, False)])
-def test_a_program_that_starts_before_the_answer_to_its_reset_is_not_reset(
-    knob: bool, runs: bool
-) -> None:
+def test_a_start_before_the_answer_to_a_reset_prevents_it(knob: bool, runs: bool) -> None:
     """Rule: program-reset-running."""
-    master = Master(program_reset_delay=500, program_start_delay=5, reset_while_running=knob)
-    master.servo_on()
+    master = servos_on(program_reset_delay=500, program_start_delay=5, reset_while_running=knob)
     master.pulse("SI15", 120)
     master.pulse("SI12", 120)
     assert master.on("SO13")
@@ -330,8 +300,7 @@ def test_a_movement_by_command_that_is_stopped_is_one_entry_in_the_history(stop:
     Rule: history, command-alarms, stop-in-motion.
     Source: remote command guide chapter 1, 1.2, code 0x4000
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.send(0x0001, 0x0004, 0, 10, 19)
     master.run(50)
     _STOPS[stop](master)

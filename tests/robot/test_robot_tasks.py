@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import RobotProgram
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 #: Starts the second program and ends when SI(20) comes; the second ends when SI(21) comes.
 MAIN = RobotProgram("MAIN", steps=("START 2", "WAIT SI(20)=1"), loop=False)
@@ -16,11 +16,17 @@ SECOND = RobotProgram("SECOND", steps=("SO(30)=1", "WAIT SI(21)=1", "SO(31)=1"),
 
 
 def _running(**config: Any) -> Master:
-    master = Master(programs=(MAIN, SECOND), **config)
-    master.servo_on()
+    master = servos_on(programs=(MAIN, SECOND), **config)
     master.pulse("SI15")
     master.pulse("SI12")
     assert master.so[35] == 1
+    return master
+
+
+def _started(*programs: RobotProgram) -> Master:
+    """Return a robot whose main program, the first of these, has been started."""
+    master = powered_up(programs=programs)
+    master.pulse("SI12")
     return master
 
 
@@ -36,14 +42,13 @@ def _states(master: Master) -> list[str]:
         ({"main_ends_tasks": True}, False, ["ended", "ended"]),
     ],
 )
-def test_so13_after_the_end_of_the_main_program(
+def test_so13_after_the_main_program(
     knobs: dict[str, bool], shown: bool, states: list[str]
 ) -> None:
     """Rule: tasks."""
     master = _running(**knobs)
     assert (master.on("SO13"), master.on("SO14")) == (True, False)
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert master.on("SO13") is shown
     assert _states(master) == states
 
@@ -51,11 +56,9 @@ def test_so13_after_the_end_of_the_main_program(
 def test_so13_goes_off_with_the_last_task() -> None:
     """Rule: tasks."""
     master = _running()
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert master.on("SO13")
-    master.si[34] |= 2
-    master.run(10)
+    master.general_on(21)
     assert not master.on("SO13")
     assert master.so[35] == 3
 
@@ -74,13 +77,11 @@ def test_a_stop_stops_all_tasks_and_a_start_lets_all_go_on() -> None:
     assert master.so[35] == 3
 
 
-def test_a_start_lets_go_on_what_was_stopped_even_if_the_main_program_has_ended() -> None:
+def test_a_start_continues_stopped_tasks_even_if_the_main_program_has_ended() -> None:
     """Rule: tasks."""
     master = _running()
-    master.si[34] |= 1
-    master.run(10)
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
+    master.general_on(20)
+    master.drop("SI06")
     master.pulse("SI12")
     assert _states(master) == ["ended", "running"]
 
@@ -107,28 +108,21 @@ def test_an_emergency_stop_stops_all_tasks() -> None:
 def test_halt_ends_all_tasks() -> None:
     """Rule: tasks."""
     halting = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "HALT", "SO(20)=1"), loop=False)
-    master = Master(programs=(halting, SECOND))
-    master.power_up()
-    master.pulse("SI12")
-    master.si[34] |= 1
-    master.run(10)
+    master = _started(halting, SECOND)
+    master.general_on(20)
     assert _states(master) == ["ended", "ended"]
     assert not master.on("SO13")
     assert master.so[34] == 0
 
 
 def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> None:
-    """Also with nothing else to do in between.
-
-    Rule: tasks.
-    """
+    """Also with nothing else to do in between. Rule: tasks."""
     programs = (
         RobotProgram(steps=("START 3", "WAIT SI(27)=1")),
         RobotProgram(steps=("SO(30)=1", "WAIT SI(27)=1")),
         RobotProgram(steps=("START 2", "WAIT SI(27)=1")),
     )
-    master = Master(programs=programs, program_start_delay=0)
-    master.power_up()
+    master = powered_up(programs=programs, program_start_delay=0)
     master.turn("SI12", True)
     image = bytes(master.si)
     first, second = (master.robot.cycle(master.now_us + k * 5000, image) for k in (0, 1))
@@ -138,8 +132,7 @@ def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> 
 def test_tasks_that_so13_does_not_show_are_stopped_and_are_not_reset_while_they_run() -> None:
     """Rule: tasks, program-stop, program-reset-running, stop-alarm."""
     master = _running(running_shows_all_tasks=False)
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert (master.on("SO13"), _states(master)) == (False, ["ended", "running"])
     master.pulse("SI15")
     assert (master.on("SO14"), _states(master)) == (False, ["ended", "running"])
@@ -158,23 +151,16 @@ HOLDER = RobotProgram(
 
 
 def test_a_suspended_task_goes_on_with_restart_only() -> None:
-    """Neither a stop nor SI(12) changes it; a program reset does.
-
-    Rule: tasks.
-    """
-    master = Master(programs=(HOLDER, SECOND))
-    master.power_up()
-    master.pulse("SI12")
-    master.si[34] |= 1
-    master.run(10)
+    """Neither a stop nor SI(12) changes it; a program reset does. Rule: tasks."""
+    master = _started(HOLDER, SECOND)
+    master.general_on(20)
     assert _states(master) == ["running", "suspended"]
     master.turn_and_wait("SI06", False)
     assert _states(master) == ["stopped", "suspended"]
     master.turn_and_wait("SI06", True)
     master.pulse("SI12")
     assert _states(master) == ["running", "suspended"]
-    master.si[34] |= 2
-    master.run(10)
+    master.general_on(21)
     assert _states(master) == ["running", "ended"]
     master.turn_and_wait("SI06", False)
     master.pulse("SI15")
@@ -192,17 +178,13 @@ def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
         loop=False,
     )
     second = RobotProgram(steps=("WAIT SI(21)=1", "DELAY 10000"), loop=False)
-    master = Master(programs=(first, second))
-    master.power_up()
-    master.pulse("SI12")
+    master = _started(first, second)
     task = master.robot.program.tasks[1]
-    master.si[34] |= 2
-    master.run(10)
+    master.general_on(21)
     assert task.line == 2
     if state != "running":
         task.pause(master.now_us, state)
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert master.so[34] == 1
     assert task.line == 2
     assert task.state == ("running" if state == "suspended" else state)
@@ -211,8 +193,7 @@ def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
 def test_the_time_of_a_delay_stands_still_in_a_stop_and_that_of_out_does_not() -> None:
     """Rule: tasks."""
     steps = ("OUT SO(20),1000", "DELAY 1000", "SO(30)=1", "WAIT SI(27)=1")
-    master = Master(programs=(RobotProgram(steps=steps, loop=False),), program_start_delay=0)
-    master.power_up()
+    master = powered_up(programs=(RobotProgram(steps=steps, loop=False),), program_start_delay=0)
     master.turn("SI12", True)
     master.run(500)
     master.turn("SI12", False)
@@ -232,8 +213,7 @@ def test_the_time_of_a_delay_stands_still_in_a_stop_and_that_of_out_does_not() -
 def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
     """Rule: outputs-kept."""
     steps = ("OUT SO(20),1000", "WAIT SI(27)=1")
-    master = Master(programs=(RobotProgram(steps=steps, loop=False),))
-    master.power_up()
+    master = powered_up(programs=(RobotProgram(steps=steps, loop=False),))
     master.pulse("SI12")
     master.turn_and_wait("SI06", False)
     master.pulse("SI15")
@@ -244,15 +224,11 @@ def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
 
 @pytest.mark.parametrize("shown", [True, False])
 def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(shown: bool) -> None:
-    """Whether SO(13) shows that task or not.
-
-    Rule: program-reset-running, tasks.
-    """
+    """Whether SO(13) shows that task or not. Rule: program-reset-running, tasks."""
     master = _running(running_shows_all_tasks=shown, program_reset_delay=500)
     master.run(500)
     master.pulse("SI12")
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert _states(master) == ["ended", "running"]
     master.pulse("SI15")
     master.si[34] |= 2
@@ -264,53 +240,15 @@ def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(s
 def test_halt_ends_suspended_tasks_too() -> None:
     """Rule: tasks."""
     first = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "HALT"), loop=False)
-    master = Master(programs=(first, SECOND))
-    master.power_up()
-    master.pulse("SI12")
-    master.si[34] |= 1
-    master.run(10)
+    master = _started(first, SECOND)
+    master.general_on(20)
     assert _states(master) == ["ended", "ended"]
 
 
-def test_so14_comes_with_the_reset_of_the_last_program_in_a_task() -> None:
-    """By command, one after the other; the first reset alone is not enough.
-
-    Rule: busy-programs, program-received.
-    Source: remote command guide 4.6.3: SO14 to verify all the programs have been reset
-    """
-    master = _running()
-    master.turn_and_wait("SI06", False)
-    assert _states(master) == ["stopped", "stopped"]
-    assert master.execute(0x0406, 0x0002, 0, 1)[0] == 0x0200
-    master.run(100)
-    assert (master.on("SO14"), _states(master)) == (False, ["ready", "stopped"])
-    assert master.execute(0x0406, 0x0002, 0, 2)[0] == 0x0200
-    master.run(100)
-    assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])
-
-
-def test_a_second_reset_by_command_does_not_replace_one_that_is_not_answered() -> None:
-    """Rule: busy-programs."""
-    master = _running(program_reset_delay=1000)
-    master.run(1000)
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
-    master.pulse("SI12")
-    master.turn_and_wait("SI06", False)
-    for task in (1, 2):
-        assert master.execute(0x0406, 0x0002, 0, task)[0] == 0x0200
-    master.run(1200)
-    assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])
-
-
 def test_a_program_that_loops_does_its_steps_again_and_again_at_the_same_pace() -> None:
-    """ON for 100 ms and OFF for 200 ms, and a cycle of 5 ms at its end.
-
-    Rule: tasks.
-    """
+    """ON for 100 ms and OFF for 200 ms, and a cycle of 5 ms at its end. Rule: tasks."""
     steps = ("SO(20)=1", "DELAY 100", "SO(20)=0", "DELAY 200")
-    master = Master(programs=(RobotProgram(steps=steps, loop=True),))
-    master.servo_on()
+    master = servos_on(programs=(RobotProgram(steps=steps, loop=True),))
     master.pulse("SI15")
     master.turn("SI12", True)
     seen = []

@@ -15,13 +15,11 @@ def _plc() -> PlcBench:
 def test_alarm_reset_input_alarm_off_then_the_input_is_taken_back() -> None:
     """Source: manual chapter 5, 3.1, servo ON process from emergency stop status, steps 3 to 5."""
     plc = _plc()
-    plc["AlarmReset.Execute"] = True
-    plc.scan(30)
+    plc.change("AlarmReset.Execute", to=True, scans=30)
     assert plc.inputs == ["SI00", "SI06", "SI16"]
     assert plc["AlarmReset.Active"]
     assert plc["Robot.Inner.Sequence.Holder"] == 0x0016
-    plc.outputs(SO03=False)
-    plc.scan()
+    plc.outputs(SO03=False, scans=1)
     assert plc["AlarmReset.Done"]
     assert plc.inputs == ["SI00", "SI06"]
 
@@ -30,8 +28,7 @@ def test_without_an_alarm_the_input_goes_out_all_the_same() -> None:
     """A warning, or an alarm that comes in the same moment, is reset too."""
     plc = _plc()
     plc.outputs(SO03=False)
-    plc["AlarmReset.Execute"] = True
-    plc.scan()
+    plc.change("AlarmReset.Execute", to=True)
     assert "SI16" in plc.inputs
     plc.scan()
     assert plc["AlarmReset.Done"]
@@ -40,6 +37,5 @@ def test_without_an_alarm_the_input_goes_out_all_the_same() -> None:
 def test_an_alarm_may_be_reset_while_the_controller_is_not_in_its_normal_state() -> None:
     plc = _plc()
     plc.outputs(SO01=False)
-    plc["AlarmReset.Execute"] = True
-    plc.scan()
+    plc.change("AlarmReset.Execute", to=True)
     assert "SI16" in plc.inputs

@@ -23,12 +23,10 @@ def test_auto_mode_changeover_process() -> None:
     """
     plc = sequences()
     plc.outputs(SO10=False)
-    plc["AutoMode.Enable"] = True
-    plc.scan(1000)
+    plc.change("AutoMode.Enable", to=True, scans=1000)
     assert _shown(plc) == ("Busy", 0, "AUTO_NOT_SELECTED")
     assert "SAFETY connector" in str(plc["AutoMode.Text"])
-    plc.outputs(SO10=True)
-    plc.scan()
+    plc.outputs(SO10=True, scans=1)
     assert _shown(plc) == ("Valid", 0, "AUTO_SELECTED")
     assert "control authority" in str(plc["AutoMode.Text"])
 
@@ -36,16 +34,13 @@ def test_auto_mode_changeover_process() -> None:
 def test_another_mode_turns_the_output_off() -> None:
     """Source: manual chapter 5, 2, SO(10)."""
     plc = sequences()
-    plc["AutoMode.Enable"] = True
-    plc.scan()
-    plc.outputs(SO10=False)
-    plc.scan()
+    plc.change("AutoMode.Enable", to=True)
+    plc.outputs(SO10=False, scans=1)
     assert _shown(plc) == ("Busy", 0, "AUTO_WITHDRAWN")
     plc.scan(20)
     assert _shown(plc) == ("Busy", 0, "AUTO_WITHDRAWN")
     assert "left" in str(plc["AutoMode.Text"])
-    plc.outputs(SO10=True)
-    plc.scan()
+    plc.outputs(SO10=True, scans=1)
     assert _shown(plc) == ("Valid", 0, "AUTO_SELECTED")
 
 
@@ -60,8 +55,7 @@ def test_a_mode_that_cannot_be_read_is_an_error_until_it_can(
     cause: str, shown: tuple[object, ...]
 ) -> None:
     plc = sequences()
-    plc["AutoMode.Enable"] = True
-    plc.scan()
+    plc.change("AutoMode.Enable", to=True)
     if cause == "link":
         plc["Connected"] = False
     else:
@@ -70,8 +64,7 @@ def test_a_mode_that_cannot_be_read_is_an_error_until_it_can(
     assert _shown(plc) == shown
     assert "not known" in str(plc["AutoMode.Text"])
     plc["Connected"] = True
-    plc.outputs(SO01=True)
-    plc.scan()
+    plc.outputs(SO01=True, scans=1)
     assert _shown(plc) == ("Valid", 0, "AUTO_SELECTED")
 
 
@@ -79,25 +72,18 @@ def test_without_enable_nothing_is_shown() -> None:
     plc = sequences()
     plc.scan()
     assert _shown(plc) == ("", 0, "AUTO_NOT_ASKED")
-    plc["AutoMode.Enable"] = True
-    plc.scan()
-    plc["AutoMode.Enable"] = False
-    plc.scan()
+    plc.change("AutoMode.Enable", to=True)
+    plc.change("AutoMode.Enable", to=False)
     assert _shown(plc) == ("", 0, "AUTO_NOT_ASKED")
     assert plc["AutoMode.Text"] == ""
     plc.outputs(SO10=False)
-    plc["AutoMode.Enable"] = True
-    plc.scan()
+    plc.change("AutoMode.Enable", to=True)
     assert _shown(plc) == ("Busy", 0, "AUTO_NOT_SELECTED"), "what was before is forgotten"
 
 
 def test_it_touches_no_dedicated_input() -> None:
-    """The network cannot select the mode.
-
-    Source: manual chapter 5, 3.2, AUTO mode changeover process.
-    """
+    """Source: manual chapter 5, 3.2, AUTO mode changeover process."""
     plc = sequences()
     plc.outputs(SO10=False)
-    plc["AutoMode.Enable"] = True
-    plc.scan(50)
+    plc.change("AutoMode.Enable", to=True, scans=50)
     assert plc.inputs == ["SI00", "SI06"]

@@ -18,13 +18,11 @@ def test_program_execution_process() -> None:
     Source: manual chapter 5, 3.2, program execution process.
     """
     plc = _plc()
-    plc["AutoStart.Execute"] = True
-    plc.scan(30)
+    plc.change("AutoStart.Execute", to=True, scans=30)
     assert plc.inputs == ["SI00", "SI06", "SI12"]
     assert plc["AutoStart.Active"]
     assert plc["Robot.Inner.Sequence.Holder"] == 0x0012
-    plc.outputs(SO14=False, SO13=True)
-    plc.scan()
+    plc.outputs(SO14=False, SO13=True, scans=1)
     assert plc["AutoStart.Done"]
     assert plc.inputs == ["SI00", "SI06"]
 
@@ -32,19 +30,15 @@ def test_program_execution_process() -> None:
 def test_the_reset_status_alone_is_no_confirmation() -> None:
     """Source: manual chapter 5, 3.2, program execution process, step 3: SO(13) confirms."""
     plc = _plc()
-    plc["AutoStart.Execute"] = True
-    plc.scan(3)
-    plc.outputs(SO14=False)
-    plc.scan(20)
+    plc.change("AutoStart.Execute", to=True, scans=3)
+    plc.outputs(SO14=False, scans=20)
     assert plc["AutoStart.Busy"]
 
 
 def test_the_stop_input_comes_back_on_before_the_start() -> None:
     """Source: manual chapter 5, 3.3, program execution after stopping program with stop input."""
     plc = _plc()
-    plc["StopOk"] = False
-    plc.scan(20)
-    plc["StopOk"] = plc["AutoStart.Execute"] = True
-    plc.scan()
+    plc.change("StopOk", to=False, scans=20)
+    plc.change("StopOk", "AutoStart.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06"]
     assert plc.scan_until(lambda: "SI12" in plc.inputs) == 12

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
-from sequence_bench import in_emergency_stop, pins, sequences, servo_on
+from sequence_bench import pins, sequences, servo_on
 
 
 def test_shift_to_emergency_stop() -> None:
@@ -13,14 +11,12 @@ def test_shift_to_emergency_stop() -> None:
     Source: manual chapter 5, 3.1, shift to emergency stop.
     """
     plc = servo_on()
-    plc["EmergencyStop.Execute"] = True
-    plc.scan()
+    plc.change("EmergencyStop.Execute", to=True)
     assert plc.inputs == ["SI06"]
     assert pins(plc, "EmergencyStop") == "Busy Active"
     plc.scan(30)
     assert pins(plc, "EmergencyStop") == "Busy Active"
-    plc.outputs(SO00=True, SO03=True, SO02=False)
-    plc.scan()
+    plc.outputs(SO00=True, SO03=True, SO02=False, scans=1)
     assert pins(plc, "EmergencyStop") == "Done"
     plc.scan(50)
     assert plc.inputs == ["SI06"]
@@ -29,13 +25,10 @@ def test_shift_to_emergency_stop() -> None:
 def test_emergency_stop_status_while_the_servos_are_still_on_is_not_the_end() -> None:
     """Source: manual chapter 5, 3.1, shift to emergency stop, step 2."""
     plc = servo_on()
-    plc["EmergencyStop.Execute"] = True
-    plc.scan()
-    plc.outputs(SO00=True, SO03=True)
-    plc.scan(5)
+    plc.change("EmergencyStop.Execute", to=True)
+    plc.outputs(SO00=True, SO03=True, scans=5)
     assert pins(plc, "EmergencyStop") == "Busy Active"
-    plc.outputs(SO02=False)
-    plc.scan()
+    plc.outputs(SO02=False, scans=1)
     assert pins(plc, "EmergencyStop") == "Done"
 
 
@@ -45,11 +38,9 @@ def test_it_waits_for_nobodys_turn_and_for_no_interval() -> None:
     Source: manual chapter 5, 2, SI(00).
     """
     plc = sequences()
-    plc["ServoOn.Execute"] = True
-    plc.scan()
+    plc.change("ServoOn.Execute", to=True)
     assert plc.inputs == ["SI00", "SI01", "SI06"]
-    plc["EmergencyStop.Execute"] = True
-    plc.scan()
+    plc.change("EmergencyStop.Execute", to=True)
     assert plc.inputs == ["SI01", "SI06"]
     plc.scan()
     assert plc["ServoOn.ErrorID"] == 0x8003
@@ -60,15 +51,12 @@ def test_a_running_remote_command_is_held_to_its_end() -> None:
     """Source: remote command guide, chapter 1, 1.1."""
     plc = servo_on()
     plc["Command.Code"] = 0x0001
-    plc["Command.Execute"] = True
-    plc.scan(2)
-    plc["EmergencyStop.Execute"] = True
-    plc.scan(3)
+    plc.change("Command.Execute", to=True, scans=2)
+    plc.change("EmergencyStop.Execute", to=True, scans=3)
     assert plc.words[0] == 0x0001
     assert plc["Command.Active"]
     plc.outputs(SO00=True, SO03=True, SO02=False)
-    plc.answer(0x4000, [12, 600])
-    plc.scan()
+    plc.answer(0x4000, [12, 600], scans=1)
     assert (plc["Command.AlarmGroup"], plc["Command.AlarmCategory"]) == (12, 600)
     assert plc.words[0] == 0
 
@@ -76,72 +64,13 @@ def test_a_running_remote_command_is_held_to_its_end() -> None:
 def test_in_emergency_stop_already_it_is_done_in_the_next_call() -> None:
     plc = sequences()
     plc["EmergencyStopOk"] = False
-    plc.outputs(SO00=True)
-    plc.scan(20)
-    plc["EmergencyStop.Execute"] = True
-    plc.scan()
+    plc.outputs(SO00=True, scans=20)
+    plc.change("EmergencyStop.Execute", to=True)
     assert pins(plc, "EmergencyStop") == "Busy Active"
     plc.scan()
     assert pins(plc, "EmergencyStop") == "Done"
-    plc["EmergencyStopOk"] = True
-    plc.scan(50)
+    plc.change("EmergencyStopOk", to=True, scans=50)
     assert plc.inputs == ["SI06"], "held by the block, whatever the pin says"
-
-
-def test_without_an_answer_it_ends_at_the_time_limit_and_the_input_stays_off() -> None:
-    plc = servo_on()
-    plc["EmergencyStop.Timeout"] = "T#300ms"
-    plc["EmergencyStop.Execute"] = True
-    plc.scan(30)
-    assert plc["EmergencyStop.Busy"]
-    plc.scan()
-    assert pins(plc, "EmergencyStop") == "Error"
-    assert plc["EmergencyStop.ErrorID"] == 0x8010
-    plc["EmergencyStop.Execute"] = False
-    plc.scan(50)
-    assert plc.inputs == ["SI06"]
-
-
-def test_without_a_link_the_hold_is_set_and_outlives_the_recovery() -> None:
-    """Source: manual chapter 1, 5.2."""
-    plc = servo_on()
-    plc["Connected"] = False
-    plc.scan(5)
-    plc["EmergencyStop.Execute"] = True
-    plc.scan()
-    assert pins(plc, "EmergencyStop") == "Busy Active"
-    plc.scan()
-    assert plc["EmergencyStop.ErrorID"] == 0x8001
-    plc["EmergencyStop.Execute"] = False
-    plc.scan()
-    plc["Connected"] = True
-    plc.scan(100)
-    assert plc["Robot.Inner.HoldEmergency"]
-    assert plc.inputs == ["SI06"]
-
-
-def test_a_link_that_is_lost_on_the_way_ends_it_and_the_hold_stays() -> None:
-    """Source: manual chapter 1, 5.2."""
-    plc = servo_on()
-    plc["EmergencyStop.Execute"] = True
-    plc.scan(3)
-    plc["EmergencyStop.Execute"] = False
-    plc["Connected"] = False
-    plc.scan()
-    assert plc["EmergencyStop.ErrorID"] == 0x8001
-    plc["Connected"] = True
-    plc.scan(100)
-    assert plc.inputs == ["SI06"]
-
-
-def test_a_controller_that_is_not_ready_cannot_answer() -> None:
-    """Source: manual chapter 5, 2, SO(01)."""
-    plc = sequences()
-    plc.outputs(SO01=False)
-    plc["EmergencyStop.Execute"] = True
-    plc.scan(2)
-    assert plc["EmergencyStop.ErrorID"] == 0x8002
-    assert plc.inputs == ["SI06"]
 
 
 def test_emergency_stop_status_is_an_answer_whatever_cpu_ok_is() -> None:
@@ -150,34 +79,16 @@ def test_emergency_stop_status_is_an_answer_whatever_cpu_ok_is() -> None:
     Source: manual chapter 5, 2, SO(00) and SO(01); assumed that SO(00) holds without SO(01).
     """
     plc = servo_on()
-    plc["EmergencyStop.Execute"] = True
-    plc.scan()
-    plc.outputs(SO00=True, SO01=False, SO02=False)
-    plc.scan()
+    plc.change("EmergencyStop.Execute", to=True)
+    plc.outputs(SO00=True, SO01=False, SO02=False, scans=1)
     assert pins(plc, "EmergencyStop") == "Done"
 
 
 def test_a_new_edge_while_it_is_done_stops_again() -> None:
     plc = servo_on()
     for _ in range(2):
-        plc["EmergencyStop.Execute"] = True
-        plc.scan()
-        plc.outputs(SO00=True, SO02=False)
-        plc.scan()
+        plc.change("EmergencyStop.Execute", to=True)
+        plc.outputs(SO00=True, SO02=False, scans=1)
         assert pins(plc, "EmergencyStop") == "Done"
-        plc["EmergencyStop.Execute"] = False
-        plc.scan()
+        plc.change("EmergencyStop.Execute", to=False)
         assert pins(plc, "EmergencyStop") == ""
-
-
-@pytest.mark.parametrize("stop", ["EmergencyStop", "EarlyStop"])
-def test_while_it_is_asked_for_no_other_block_releases_the_emergency_stop(stop: str) -> None:
-    """Execute is held; the block that releases is called before it in the scan, or after it.
-
-    Source: manual chapter 5, 2, SI(00): OFF is the emergency stop state.
-    """
-    plc = in_emergency_stop()
-    plc[f"{stop}.Execute"] = plc["Restart.Execute"] = True
-    for _ in range(60):
-        plc.scan()
-        assert "SI00" not in plc.inputs

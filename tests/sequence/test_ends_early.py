@@ -61,15 +61,6 @@ def _rows(table: dict[str, str]) -> list[tuple[str, str]]:
     return [(block, cause) for block, causes in table.items() for cause in causes.split()]
 
 
-def _cause(plc: PlcBench, cause: str) -> None:
-    """`SO00=1`: an output of the controller; `StopOk=0`: a pin of the area blocks."""
-    name, _, value = cause.partition("=")
-    if name.startswith("SO"):
-        plc.outputs(**{name: value == "1"})
-    else:
-        plc[name] = value == "1"
-
-
 @pytest.mark.parametrize(
     ("block", "cause"),
     _rows(
@@ -89,11 +80,10 @@ def test_refused_without_its_conditions_and_nothing_goes_out(block: str, cause: 
     That a return to origin needs servos and no program is assumed.
     """
     plc = _BLOCKS[block].ready()
-    _cause(plc, cause)
+    plc.let(cause)
     plc.scan(20)
     allowed = [plc.inputs, ["SI00", "SI06"]] if block == "Resume" else [plc.inputs]
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     assert plc[f"{block}.Busy"]
     assert plc.inputs in allowed
     plc.scan(19 if block == "Resume" else 1)
@@ -117,10 +107,9 @@ def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> 
     """The input is taken back."""
     ready, signal = _BLOCKS[block]
     plc = ready()
-    plc[f"{block}.Execute"] = True
-    plc.scan(5)
+    plc.change(f"{block}.Execute", to=True, scans=5)
     assert plc.inputs == sorted(["SI00", "SI06", signal])
-    _cause(plc, cause)
+    plc.let(cause)
     plc.scan()
     assert plc[f"{block}.ErrorID"] == _ERRORS[cause]
     plc.scan(12)
@@ -128,14 +117,11 @@ def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> 
 
 
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_missing_answer_ends_it_at_the_time_limit_and_the_input_is_taken_back(
-    block: str,
-) -> None:
+def test_a_missing_answer_ends_it_at_the_time_limit_and_the_input_is_taken_back(block: str) -> None:
     """An alarm that stays, for one, needs a power restart: chapter 5, 2, SI(16)."""
     plc = _BLOCKS[block].ready()
     plc[f"{block}.Timeout"] = "T#300ms"
-    plc[f"{block}.Execute"] = True
-    plc.scan(30)
+    plc.change(f"{block}.Execute", to=True, scans=30)
     assert pins(plc, block) == "Busy Active"
     plc.scan()
     assert plc[f"{block}.ErrorID"] == 0x8010

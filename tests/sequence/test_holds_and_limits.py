@@ -1,17 +1,11 @@
-"""A hold that is put back, two blocks that end one, and waits without a limit."""
+"""FB_EmergencyStop and FB_ProgramStop hold their input OFF, whatever ends them; who releases it."""
 
 from __future__ import annotations
 
-import tempfile
-from functools import cache
-from pathlib import Path
-
 import pytest
 
-from plc_bench import LIBRARY, ROOT, PlcBench
-from structured_text.engines import build
-from structured_text.engines.base import Program
-from structured_text.projects.needed import needed
+from plc_bench import PlcBench
+from sequence_bench import in_emergency_stop, pins, servo_on
 
 _PROGRAM = """PROGRAM Holds
   VAR
@@ -31,141 +25,133 @@ _PROGRAM = """PROGRAM Holds
             StopOk := TRUE);
 END_PROGRAM
 """
-_SI06 = 0x40
-#: CPU_OK, servo on, MP RDY, AUTO mode; an alarm besides.
-_OUTPUTS, _ALARM = 0x0116, 0x0008
-
-
-@cache
-def _compiled() -> Program:
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "Holds.st"
-        file.write_text(_PROGRAM, encoding="utf-8")
-        return build([file, *needed([file], LIBRARY)]).program
-
-
-class _Stopped:
-    """The controller is up, and FB_ProgramStop has just taken SI(06) away."""
-
-    def __init__(self) -> None:
-        self._program = _compiled()
-        self._start = self._program.snapshot()
-        self.outputs, self._now = _OUTPUTS, 0
-        self.scan(60)
-        assert self.stop_input
-        self.put("Stop.Execute", True)
-        self.scan()
-        assert not self.stop_input
-
-    def close(self) -> None:
-        """Back to the state before the first scan."""
-        self._program.restore(self._start)
-
-    def put(self, name: str, value: bool) -> None:
-        self._program.write(f"Main.{name}", value)
-
-    def shown(self, name: str) -> object:
-        return self._program.read(f"Main.{name}")
-
-    def scan(self, count: int = 1) -> None:
-        """Scans of 10 ms."""
-        for _ in range(count):
-            area = bytes(32) + self.outputs.to_bytes(2, "little")
-            self._program.write_bytes("Main.InputArea", area)
-            self._program.scan(self._now)
-            self._now += 10_000
-
-    @property
-    def stop_input(self) -> bool:
-        """SI(06) as written."""
-        return bool(self._program.read_bytes("Main.OutputArea")[32] & _SI06)
 
 
 @pytest.fixture
-def stopped() -> object:
-    bench = _Stopped()
-    yield bench
-    bench.close()
+def stopped() -> PlcBench:
+    """The controller is up, and FB_ProgramStop has just taken SI(06) away."""
+    plc = PlcBench(program=_PROGRAM)
+    plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True, scans=60)
+    assert plc.inputs == ["SI00", "SI06"]
+    plc.change("Stop.Execute", to=True)
+    assert plc.inputs == ["SI00"]
+    return plc
 
 
 def test_a_continuation_that_the_link_ends_puts_the_hold_back_in_the_same_scan(
-    stopped: _Stopped,
+    stopped: PlcBench,
 ) -> None:
     """SI(06) had not gone ON yet: the interval since its switch-off was not over.
 
     Source: manual chapter 5, 3.1, caution, and 3.3; head of FB_ProgramContinue.
     """
     stopped.scan(1)
-    stopped.put("Stop.Execute", False)
-    stopped.scan(60)
-    assert stopped.shown("Stop.Busy") is False
-    stopped.put("Connected", False)
-    stopped.scan()
-    stopped.put("Connected", True)
-    stopped.put("First.Execute", True)
-    stopped.scan()
-    assert stopped.shown("First.Busy") is True
-    assert not stopped.stop_input
-    stopped.put("First.Execute", False)
-    stopped.put("Connected", False)
-    stopped.scan()
-    assert stopped.shown("First.ErrorID") == 0x8001
-    stopped.put("Connected", True)
-    stopped.scan(60)
-    assert not stopped.stop_input
+    stopped.change("Stop.Execute", to=False, scans=60)
+    assert stopped["Stop.Busy"] is False
+    stopped.change("Connected", to=False)
+    stopped["Connected"] = True
+    stopped.change("First.Execute", to=True)
+    assert stopped["First.Busy"] is True
+    assert "SI06" not in stopped.inputs
+    stopped["First.Execute"] = False
+    stopped.change("Connected", to=False)
+    assert stopped["First.ErrorID"] == 0x8001
+    stopped.change("Connected", to=True, scans=60)
+    assert "SI06" not in stopped.inputs
 
 
-def test_one_that_was_refused_does_not_hold_against_another(stopped: _Stopped) -> None:
+def test_one_that_was_refused_does_not_hold_against_another(stopped: PlcBench) -> None:
     """It puts the hold back once, although its Execute stays TRUE; SI(06) waits for its interval.
 
     Source: manual chapter 5, 3.3; head of FB_ProgramContinue.
     """
-    stopped.put("Stop.Execute", False)
-    stopped.scan(60)
-    stopped.put("Connected", False)
-    stopped.scan()
-    stopped.put("Connected", True)
-    stopped.put("First.Execute", True)
-    stopped.scan()
-    stopped.put("Connected", False)
-    stopped.scan()
-    assert stopped.shown("First.ErrorID") == 0x8001
-    stopped.put("Connected", True)
-    stopped.scan(60)
-    assert not stopped.stop_input
-    stopped.put("Connected", False)
-    stopped.scan()
-    stopped.put("Connected", True)
-    stopped.put("Second.Execute", True)
-    stopped.scan(30)
-    assert stopped.stop_input
+    stopped.change("Stop.Execute", to=False, scans=60)
+    stopped.change("Connected", to=False)
+    stopped["Connected"] = True
+    stopped.change("First.Execute", to=True)
+    stopped.change("Connected", to=False)
+    assert stopped["First.ErrorID"] == 0x8001
+    stopped.change("Connected", to=True, scans=60)
+    assert "SI06" not in stopped.inputs
+    stopped.change("Connected", to=False)
+    stopped["Connected"] = True
+    stopped.change("Second.Execute", to=True, scans=30)
+    assert "SI06" in stopped.inputs
 
 
-def test_without_a_limit_the_power_up_waits_in_every_stage() -> None:
-    """Source: head of FB_PowerUp: T#0s = no limit."""
-    plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
-    plc["Connected"] = plc["EmergencyStopOk"] = plc["StopOk"] = False
-    plc["PowerUp.Timeout"] = "T#0s"
-    plc["PowerUp.Execute"] = True
-    gifts: list[tuple[str, dict[str, bool] | str]] = [
-        ("CONNECTION", "Connected"),
-        ("CPU_OK", {"SO00": True, "SO01": True, "SO03": True}),
-        ("CELL_SAFE", "EmergencyStopOk"),
-        ("EMERGENCY_RELEASE", {"SO00": False}),
-        ("ALARM_RESET", {"SO03": False}),
-        ("MP_READY", {"SO04": True}),
-        ("SERVO_ON", {"SO02": True}),
-        ("STOP_RELEASE", "StopOk"),
-        ("AUTO_MODE", {"SO10": True}),
-        ("PROGRAM_RESET", {"SO14": True}),
-        ("PROGRAM_START", {"SO13": True}),
-    ]
-    for stage, gift in gifts:
-        plc.scan(40)
-        assert plc["PowerUp.Stage"] == f"POWER_UP_{stage}"
-        if isinstance(gift, str):
-            plc[gift] = True
-        else:
-            plc.outputs(**gift)
-    plc.scan(40)
-    assert plc["PowerUp.Done"] is True
+#: Each stop, and the safety input that it does not hold.
+_STOPS = pytest.mark.parametrize(
+    ("block", "other"), [("EmergencyStop", "SI06"), ("ProgramStop", "SI00")]
+)
+
+
+def _running() -> PlcBench:
+    """The servos are on, and a program runs."""
+    plc = servo_on()
+    plc.outputs(SO13=True, SO14=False, scans=1)
+    return plc
+
+
+@_STOPS
+def test_a_stop_without_an_answer_ends_at_the_time_limit_and_holds_on(
+    block: str, other: str
+) -> None:
+    plc = _running()
+    plc[f"{block}.Timeout"] = "T#300ms"
+    plc.change(f"{block}.Execute", to=True, scans=30)
+    assert pins(plc, block) == "Busy Active"
+    plc.scan()
+    assert plc[f"{block}.ErrorID"] == 0x8010
+    plc.change(f"{block}.Execute", to=False, scans=50)
+    assert plc.inputs == [other]
+
+
+@_STOPS
+def test_a_stop_without_a_link_holds_after_the_recovery(block: str, other: str) -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = _running()
+    plc.change("Connected", to=False, scans=5)
+    plc.change(f"{block}.Execute", to=True)
+    assert pins(plc, block) == "Busy Active"
+    plc.scan()
+    assert plc[f"{block}.ErrorID"] == 0x8001
+    plc.change(f"{block}.Execute", to=False)
+    plc.change("Connected", to=True, scans=100)
+    assert plc.inputs == [other]
+
+
+@_STOPS
+def test_a_link_that_is_lost_during_a_stop_ends_it_and_it_holds_on(block: str, other: str) -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = _running()
+    plc.change(f"{block}.Execute", to=True, scans=3)
+    plc[f"{block}.Execute"] = False
+    plc.change("Connected", to=False)
+    assert plc[f"{block}.ErrorID"] == 0x8001
+    plc.change("Connected", to=True, scans=100)
+    assert plc.inputs == [other]
+
+
+@_STOPS
+def test_a_controller_that_is_not_ready_cannot_answer_a_stop(block: str, other: str) -> None:
+    """Source: manual chapter 5, 2, SO(01)."""
+    plc = servo_on()
+    plc.outputs(SO01=False)
+    plc.change(f"{block}.Execute", to=True, scans=2)
+    assert plc[f"{block}.ErrorID"] == 0x8002
+    assert plc.inputs == [other]
+
+
+@pytest.mark.parametrize("stop", ["EmergencyStop", "EarlyStop", "ProgramStop", "EarlyHalt"])
+def test_while_a_stop_is_executed_no_other_block_releases_it(stop: str) -> None:
+    """The block that releases is called before the stop in the scan, or after it.
+
+    Source: manual chapter 5, 2, SI(00) and SI(06): OFF is the emergency stop and the stop state.
+    """
+    emergency = stop in ("EmergencyStop", "EarlyStop")
+    plc = in_emergency_stop() if emergency else servo_on()
+    plc.change(f"{stop}.Execute", to=True, scans=30)
+    plc["Restart.Execute" if emergency else "Resume.Execute"] = True
+    for _ in range(60):
+        plc.scan()
+        assert ("SI00" if emergency else "SI06") not in plc.inputs

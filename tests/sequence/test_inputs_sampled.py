@@ -28,8 +28,7 @@ every_block = pytest.mark.parametrize(
 def _plc(block: str) -> PlcBench:
     plc = PlcBench() if block == "AlarmReset" else sequences()
     plc.power_up()
-    plc.outputs(**dict.fromkeys(_BLOCKS[block], True))
-    plc.scan()
+    plc.outputs(scans=1, **dict.fromkeys(_BLOCKS[block], True))
     return plc
 
 
@@ -49,8 +48,7 @@ def test_inputs_that_change_after_the_end_while_execute_stays_change_nothing(blo
     """Source: design of the library, 3: inputs are sampled on the rising edge."""
     plc = _plc(block)
     plc["Connected"] = False
-    plc[f"{block}.Execute"] = True
-    plc.scan(2)
+    plc.change(f"{block}.Execute", to=True, scans=2)
     assert pins(plc, block) == "Error", "there is no link"
     before = _held(plc, block)
     _change(plc, block)
@@ -62,13 +60,10 @@ def test_inputs_that_change_after_the_end_while_execute_stays_change_nothing(blo
 def test_an_edge_while_the_block_is_busy_changes_nothing(block: str) -> None:
     """Source: design of the library, 3: a rising edge while busy is ignored."""
     plc = _plc(block)
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     before = _held(plc, block)
-    plc[f"{block}.Execute"] = False
-    plc.scan()
+    plc.change(f"{block}.Execute", to=False)
     _change(plc, block)
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     assert pins(plc, block).startswith("Busy")
     assert _held(plc, block) == before

@@ -25,70 +25,27 @@ def _plc() -> PlcBench:
 def _finish(plc: PlcBench) -> None:
     """Let the command that is out end normally and the status be reset."""
     plc.scan_until(lambda: plc.words[0] != 0)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0x0000)
+    plc.complete()
 
 
 def test_busy_appears_in_the_call_of_the_edge_and_done_stays_until_execute_falls() -> None:
     """Source: PLCopen, edge-triggered function blocks."""
     plc = _plc()
     assert _pins(plc, "First") == ""
-    plc["First.Execute"] = True
-    plc.scan()
+    plc.change("First.Execute", to=True)
     assert _pins(plc, "First") == "Busy Active"
     _finish(plc)
     assert _pins(plc, "First") == "Done"
     plc.scan(10)
     assert _pins(plc, "First") == "Done"
-    plc["First.Execute"] = False
-    plc.scan()
+    plc.change("First.Execute", to=False)
     assert _pins(plc, "First") == ""
-
-
-def test_when_execute_has_fallen_the_end_is_shown_for_one_scan() -> None:
-    """Source: PLCopen, edge-triggered function blocks."""
-    plc = _plc()
-    plc["First.Execute"] = True
-    plc.scan()
-    plc["First.Execute"] = False
-    plc.scan(5)
-    assert _pins(plc, "First") == "Busy Active"
-    _finish(plc)
-    assert _pins(plc, "First") == "Done"
-    plc.scan()
-    assert _pins(plc, "First") == ""
-
-
-def test_an_edge_while_busy_is_ignored() -> None:
-    """Source: PLCopen, edge-triggered function blocks."""
-    plc = _plc()
-    for execute in (True, False, True):
-        plc["First.Execute"] = execute
-        plc.scan()
-    plc["First.Execute"] = False
-    _finish(plc)
-    plc.scan(30)
-    assert _pins(plc, "First") == ""
-    assert plc.words[0] == 0, "there is no second command"
-
-
-def test_a_new_edge_after_the_end_starts_again() -> None:
-    plc = _plc()
-    for _ in range(2):
-        plc["First.Execute"] = True
-        plc.scan()
-        _finish(plc)
-        assert _pins(plc, "First") == "Done"
-        plc["First.Execute"] = False
-        plc.scan()
 
 
 def test_turns_go_first_come_first_served_across_blocks() -> None:
     plc = _plc()
     for block in ("Second", "Third", "First"):
-        plc[f"{block}.Execute"] = True
-        plc.scan()
+        plc.change(f"{block}.Execute", to=True)
     order = []
     for _ in range(3):
         plc.scan()
@@ -104,26 +61,21 @@ def test_turns_go_first_come_first_served_across_blocks() -> None:
 
 def test_a_waiting_block_that_is_no_longer_called_is_passed_over() -> None:
     plc = _plc()
-    plc["First.Execute"] = True
-    plc.scan()
-    plc["Second.Execute"] = True
-    plc.scan()
-    plc["Third.Execute"] = True
-    plc.scan()
+    plc.change("First.Execute", to=True)
+    plc.change("Second.Execute", to=True)
+    plc.change("Third.Execute", to=True)
     plc["CallSecond"] = False
     _finish(plc)
     plc.scan_until(lambda: plc.words[0] != 0, most=6)
     assert plc.words[0] == 0x0503
-    plc["CallSecond"] = True
-    plc.scan()
+    plc.change("CallSecond", to=True)
     assert plc["Second.ErrorID"] == 0x8013
 
 
 def test_tickets_wrap_around() -> None:
     plc = _plc()
     plc["Robot.Inner.Command.NextTicket"] = plc["Robot.Inner.Command.Serving"] = 65535
-    plc["First.Execute"] = plc["Second.Execute"] = True
-    plc.scan()
+    plc.change("First.Execute", "Second.Execute", to=True)
     assert plc["Robot.Inner.Command.NextTicket"] == 1
     assert (_pins(plc, "First"), _pins(plc, "Second")) == ("Busy Active", "Busy")
     _finish(plc)
@@ -134,40 +86,31 @@ def test_tickets_wrap_around() -> None:
 def test_after_the_timeout_the_command_is_held_and_the_next_one_is_told(seen: bool) -> None:
     plc = _plc()
     plc["First.Timeout"] = plc["Second.Timeout"] = "T#100ms"
-    plc["First.Execute"] = True
-    plc.scan(2)
+    plc.change("First.Execute", to=True, scans=2)
     if seen:
         plc.answer(0x0100)
     plc.scan(10)
     assert plc["First.ErrorID"] == 0x8011
     assert plc.words[0] == 0x0501
-    plc["Second.Execute"] = True
-    plc.scan(11)
+    plc.change("Second.Execute", to=True, scans=11)
     assert plc["Second.ErrorID"] == 0x8012
     assert plc.words[0] == 0x0501
     plc["Second.Execute"] = False
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0x0000)
-    plc["Second.Execute"] = True
-    plc.scan(4)
+    plc.complete()
+    plc.change("Second.Execute", to=True, scans=4)
     assert plc.words[0] == 0x0502
 
 
 def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> None:
     """By its number alone the turn looks like its own."""
     plc = _plc()
-    plc["First.Execute"] = True
-    plc.scan()
+    plc.change("First.Execute", to=True)
     assert _pins(plc, "First") == "Busy Active"
-    plc["First.Execute"] = plc["CallFirst"] = False
-    plc.scan()
+    plc.change("First.Execute", "CallFirst", to=False)
     for name in ("Serving", "NextTicket", "Lowest"):
         plc[f"Robot.Inner.Command.{name}"] = 0
-    plc["Second.Execute"] = True
-    plc.scan()
-    plc["CallFirst"] = True
-    plc.scan()
+    plc.change("Second.Execute", to=True)
+    plc.change("CallFirst", to=True)
     assert plc["First.ErrorID"] == 0x8013
     assert _pins(plc, "Second") == "Busy Active"
     assert plc["Robot.Inner.Command.Serving"] == 0
@@ -176,8 +119,7 @@ def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> 
 def test_the_time_limit_counts_from_the_turn_not_from_the_queue() -> None:
     plc = _plc()
     plc["Second.Timeout"] = "T#100ms"
-    plc["First.Execute"] = plc["Second.Execute"] = True
-    plc.scan(100)
+    plc.change("First.Execute", "Second.Execute", to=True, scans=100)
     assert _pins(plc, "Second") == "Busy"
     _finish(plc)
     plc.scan(9)
@@ -189,8 +131,7 @@ def test_the_time_limit_counts_from_the_turn_not_from_the_queue() -> None:
 def test_timeout_zero_is_no_limit() -> None:
     plc = _plc()
     plc["First.Timeout"] = "T#0s"
-    plc["First.Execute"] = True
-    plc.scan(2000)
+    plc.change("First.Execute", to=True, scans=2000)
     assert _pins(plc, "First") == "Busy Active"
 
 
@@ -199,15 +140,12 @@ def test_link_loss_ends_the_waiting_blocks_too() -> None:
     for block in ("First", "Second", "ServoOn"):
         plc[f"{block}.Execute"] = True
     plc.scan(2)
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Connected", to=False)
     assert [plc[f"{b}.ErrorID"] for b in ("First", "Second", "ServoOn")] == [0x8001] * 3
-    plc["Connected"] = True
-    plc.scan(60)
+    plc.change("Connected", to=True, scans=60)
     assert plc.words[0] == 0
     assert plc.inputs == ["SI00", "SI06"]
-    plc["Third.Execute"] = True
-    plc.scan(4)
+    plc.change("Third.Execute", to=True, scans=4)
     assert plc.words[0] == 0x0503, "dead tickets do not stop the channel"
 
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from both_engines import ENGINES
-from structured_text.engines import build
+from plc_bench import compiled
 from structured_text.engines.base import Program
-from structured_text.projects.needed import needed
 
-_LIBRARY = sorted((Path(__file__).resolve().parents[2] / "plc/lib").rglob("*.st"))
 _LITERALS = (1, 2, 3, 4, 7, 8, 16, 63, 99, 128, 150, 255, 999, 1000, 1001, 5000, 60_000, 3_600_000)
 _PROGRAM = """
 PROGRAM Limits
@@ -40,14 +36,12 @@ END_CONFIGURATION
 
 
 @pytest.fixture(params=ENGINES)
-def program(request: pytest.FixtureRequest, tmp_path: Path) -> Program:
-    file = tmp_path / "limits.st"
+def program(request: pytest.FixtureRequest) -> Program:
     rows = [
         f"    {k}: Literal := FC_RcxMilliseconds(Value := T#{ms}ms);"
         for k, ms in enumerate(_LITERALS)
     ]
-    file.write_text(_PROGRAM.format(literals="\n".join(rows)))
-    return build([file, *needed([file], _LIBRARY)], request.param).program
+    return compiled(_PROGRAM.format(literals="\n".join(rows)), request.param)
 
 
 def test_a_literal_is_its_number(program: Program) -> None:

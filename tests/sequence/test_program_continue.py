@@ -13,20 +13,17 @@ def test_program_execution_after_stopping_program_with_stop_input() -> None:
     Source: manual chapter 5, 3.3, program execution after stopping program with stop input.
     """
     plc = program_stopped()
-    plc["Resume.Execute"] = True
-    plc.scan()
+    plc.change("Resume.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06"]
     assert pins(plc, "Resume") == "Busy Active"
     assert plc.scan_until(lambda: plc.inputs != ["SI00", "SI06"]) == 12
     assert plc.inputs == ["SI00", "SI06", "SI12"]
     plc.scan(30)
     assert pins(plc, "Resume") == "Busy Active"
-    plc.outputs(SO13=True)
-    plc.scan()
+    plc.outputs(SO13=True, scans=1)
     assert pins(plc, "Resume") == "Done"
     assert plc.inputs == ["SI00", "SI06"]
-    plc["Resume.Execute"] = False
-    plc.scan()
+    plc.change("Resume.Execute", to=False)
     assert pins(plc, "Resume") == ""
 
 
@@ -39,32 +36,25 @@ def test_refused_while_the_stop_is_kept_on_and_the_hold_stays(cause: str) -> Non
     else:
         plc["ProgramStop.Execute"] = True
     plc.scan(20)
-    plc["Resume.Execute"] = True
-    plc.scan(2)
-    assert pins(plc, "Resume") == "Error"
+    plc.change("Resume.Execute", to=True, scans=2)
     assert plc["Resume.ErrorID"] == 0x8007
     plc["StopOk"] = True
-    plc["ProgramStop.Execute"] = False
-    plc.scan(50)
+    plc.change("ProgramStop.Execute", to=False, scans=50)
     assert plc.inputs == ["SI00"]
 
 
 def test_without_a_link_it_is_refused_and_the_hold_stays() -> None:
     """Source: manual chapter 1, 5.2."""
     plc = program_stopped()
-    plc["Connected"] = False
-    plc.scan()
-    plc["Resume.Execute"] = True
-    plc.scan(2)
+    plc.change("Connected", to=False)
+    plc.change("Resume.Execute", to=True, scans=2)
     assert plc["Resume.ErrorID"] == 0x8001
-    plc["Connected"] = True
-    plc.scan(60)
+    plc.change("Connected", to=True, scans=60)
     assert plc.inputs == ["SI00"]
 
 
 def test_without_a_hold_it_is_a_program_start() -> None:
     """Source: manual chapter 5, 3.3, program execution process."""
     plc = servo_on()
-    plc["Resume.Execute"] = True
-    plc.scan()
+    plc.change("Resume.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06", "SI12"]

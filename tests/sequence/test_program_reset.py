@@ -17,12 +17,10 @@ def test_program_reset_process() -> None:
     Source: manual chapter 5, 3.2, program reset process.
     """
     plc = _plc()
-    plc["ProgramReset.Execute"] = True
-    plc.scan(30)
+    plc.change("ProgramReset.Execute", to=True, scans=30)
     assert plc.inputs == ["SI00", "SI06", "SI15"]
     assert plc["ProgramReset.Active"]
     assert plc["Robot.Inner.Sequence.Holder"] == 0x0015
-    plc.outputs(SO14=True)
-    plc.scan()
+    plc.outputs(SO14=True, scans=1)
     assert plc["ProgramReset.Done"]
     assert plc.inputs == ["SI00", "SI06"]

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
-
 from plc_bench import PlcBench
 from sequence_bench import pins, servo_on
 
 
 def _running() -> PlcBench:
     plc = servo_on()
-    plc.outputs(SO13=True, SO14=False)
-    plc.scan()
+    plc.outputs(SO13=True, SO14=False, scans=1)
     return plc
 
 
@@ -21,17 +18,14 @@ def test_program_stop_process_using_stop_input() -> None:
     Source: manual chapter 5, 3.3, program stop process using stop input.
     """
     plc = _running()
-    plc["ProgramStop.Execute"] = True
-    plc.scan()
+    plc.change("ProgramStop.Execute", to=True)
     assert plc.inputs == ["SI00"]
     assert pins(plc, "ProgramStop") == "Busy Active"
     plc.scan(30)
     assert pins(plc, "ProgramStop") == "Busy Active"
-    plc.outputs(SO13=False)
-    plc.scan()
+    plc.outputs(SO13=False, scans=1)
     assert pins(plc, "ProgramStop") == "Done"
-    plc["ProgramStop.Execute"] = False
-    plc.scan(50)
+    plc.change("ProgramStop.Execute", to=False, scans=50)
     assert pins(plc, "ProgramStop") == ""
     assert plc.inputs == ["SI00"]
 
@@ -39,11 +33,9 @@ def test_program_stop_process_using_stop_input() -> None:
 def test_it_waits_for_nobodys_turn_and_a_start_on_the_way_ends_by_itself() -> None:
     """Source: manual chapter 5, 3.2, note: not with the stop input OFF."""
     plc = servo_on()
-    plc["AutoStart.Execute"] = True
-    plc.scan()
+    plc.change("AutoStart.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06", "SI12"]
-    plc["ProgramStop.Execute"] = True
-    plc.scan()
+    plc.change("ProgramStop.Execute", to=True)
     assert plc.inputs == ["SI00", "SI12"]
     plc.scan()
     assert plc["AutoStart.ErrorID"] == 0x8007
@@ -54,14 +46,11 @@ def test_it_waits_for_nobodys_turn_and_a_start_on_the_way_ends_by_itself() -> No
 def test_a_program_that_is_only_just_starting_is_waited_for() -> None:
     """SO(13) OFF counts once the stop input has stood long enough to be answered: 140 ms."""
     plc = servo_on()
-    plc["ProgramStop.Execute"] = True
-    plc.scan(14)
+    plc.change("ProgramStop.Execute", to=True, scans=14)
     assert pins(plc, "ProgramStop") == "Busy Active"
-    plc.outputs(SO13=True)
-    plc.scan(10)
+    plc.outputs(SO13=True, scans=10)
     assert pins(plc, "ProgramStop") == "Busy Active"
-    plc.outputs(SO13=False)
-    plc.scan()
+    plc.outputs(SO13=False, scans=1)
     assert pins(plc, "ProgramStop") == "Done"
 
 
@@ -71,49 +60,11 @@ def test_without_a_program_it_is_done_when_the_stop_input_has_stood_long_enough(
     assert plc.scan_until(lambda: plc["ProgramStop.Done"] is True) == 16
 
 
-def test_a_program_that_runs_on_ends_it_at_the_time_limit_and_the_input_stays_off() -> None:
-    plc = _running()
-    plc["ProgramStop.Timeout"] = "T#300ms"
-    plc["ProgramStop.Execute"] = True
-    plc.scan(31)
-    assert pins(plc, "ProgramStop") == "Error"
-    assert plc["ProgramStop.ErrorID"] == 0x8010
-    plc["ProgramStop.Execute"] = False
-    plc.scan(30)
-    assert plc.inputs == ["SI00"]
-
-
-def test_without_a_link_the_hold_is_set_and_outlives_the_recovery() -> None:
-    """Source: manual chapter 1, 5.2."""
-    plc = _running()
-    plc["Connected"] = False
-    plc.scan()
-    plc["ProgramStop.Execute"] = True
-    plc.scan(2)
-    assert plc["ProgramStop.ErrorID"] == 0x8001
-    plc["ProgramStop.Execute"] = False
-    plc["Connected"] = True
-    plc.scan(60)
-    assert plc.inputs == ["SI00"]
-
-
-def test_a_controller_that_is_not_ready_cannot_answer() -> None:
-    """Source: manual chapter 5, 2, SO(01)."""
-    plc = _running()
-    plc.outputs(SO01=False, SO13=False)
-    plc["ProgramStop.Execute"] = True
-    plc.scan(2)
-    assert plc["ProgramStop.ErrorID"] == 0x8002
-    assert plc.inputs == ["SI00"]
-
-
 def test_a_program_that_was_seen_running_and_has_stopped_is_the_end_at_once() -> None:
     """Source: manual chapter 5, 3.3, program stop process using stop input, step 2."""
     plc = _running()
-    plc["ProgramStop.Execute"] = True
-    plc.scan()
-    plc.outputs(SO13=False)
-    plc.scan()
+    plc.change("ProgramStop.Execute", to=True)
+    plc.outputs(SO13=False, scans=1)
     assert pins(plc, "ProgramStop") == "Done"
 
 
@@ -124,23 +75,6 @@ def test_a_stop_that_cannot_be_written_is_not_done() -> None:
     plc.scan(20)
     assert plc.inputs == ["SI00", "SI06"]
     assert pins(plc, "ProgramStop") == "Busy Active"
-    plc["WriteArea.Size"] = 48
-    plc.scan()
+    plc.change("WriteArea.Size", to=48)
     assert plc.inputs == ["SI00"]
     plc.scan_until(lambda: pins(plc, "ProgramStop") == "Done", most=20)
-
-
-@pytest.mark.parametrize("stop", ["ProgramStop", "EarlyHalt"])
-def test_while_it_is_asked_for_no_other_block_releases_the_stop(stop: str) -> None:
-    """Execute is held; FB_ProgramContinue is called before it in the scan, or after it.
-
-    Source: manual chapter 5, 2, SI(06): OFF is the stop state.
-    """
-    plc = servo_on()
-    plc[f"{stop}.Execute"] = True
-    plc.scan(30)
-    assert "SI06" not in plc.inputs
-    plc["Resume.Execute"] = True
-    for _ in range(60):
-        plc.scan()
-        assert "SI06" not in plc.inputs

@@ -23,16 +23,14 @@ def test_return_to_origin_input_until_the_return_is_complete(
     """
     plc = servo_on()
     plc["Origin.Axes"] = axes
-    plc["Origin.Execute"] = True
-    plc.scan()
+    plc.change("Origin.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06", signal]
     assert pins(plc, "Origin") == "Busy Active"
     assert plc["Robot.Inner.Sequence.Holder"] == holder
     plc.scan(200)
     assert plc.inputs == ["SI00", "SI06", signal]
     assert pins(plc, "Origin") == "Busy Active"
-    plc.outputs(SO11=True)
-    plc.scan()
+    plc.outputs(SO11=True, scans=1)
     assert pins(plc, "Origin") == "Done"
     assert plc.inputs == ["SI00", "SI06"]
 
@@ -41,34 +39,28 @@ def test_a_return_that_waits_for_its_turn_is_made_although_execute_has_fallen() 
     """Source: design of every block: letting Execute fall never cancels the work."""
     plc = servo_on()
     plc.outputs(SO02=True)
-    plc["ProgramReset.Execute"] = plc["Origin.Execute"] = True
-    plc.scan()
+    plc.change("ProgramReset.Execute", "Origin.Execute", to=True)
     assert pins(plc, "Origin") == "Busy"
     assert plc.inputs == ["SI00", "SI06", "SI15"]
-    plc["ProgramReset.Execute"] = plc["Origin.Execute"] = False
-    plc.scan()
+    plc.change("ProgramReset.Execute", "Origin.Execute", to=False)
     plc.outputs(SO02=True, SO14=True)
     plc.scan_until(lambda: "SI14" in plc.inputs)
     assert pins(plc, "Origin") == "Busy Active"
-    plc.outputs(SO02=True, SO14=True, SO11=True)
-    plc.scan()
+    plc.outputs(SO02=True, SO14=True, SO11=True, scans=1)
     assert pins(plc, "Origin") == "Done"
 
 
 def test_incremental_axes_unless_said_otherwise() -> None:
     """A default that every robot takes: SI(17) depends on a parameter of the controller."""
     plc = servo_on()
-    plc["Origin.Execute"] = True
-    plc.scan()
+    plc.change("Origin.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06", "SI14"]
 
 
 def test_the_axes_are_sampled_on_the_rising_edge() -> None:
     plc = servo_on()
-    plc["Origin.Execute"] = True
-    plc.scan()
-    plc["Origin.Axes"] = "ORIGIN_ABSOLUTE"
-    plc.scan(30)
+    plc.change("Origin.Execute", to=True)
+    plc.change("Origin.Axes", to="ORIGIN_ABSOLUTE", scans=30)
     assert plc.inputs == ["SI00", "SI06", "SI14"]
 
 
@@ -76,14 +68,11 @@ def test_a_completion_from_before_has_to_go_off_first() -> None:
     """Source: assumed; the manual has no chart of SI(14) and SO(11)."""
     plc = servo_on()
     plc.outputs(SO11=True)
-    plc["Origin.Execute"] = True
-    plc.scan(10)
+    plc.change("Origin.Execute", to=True, scans=10)
     assert pins(plc, "Origin") == "Busy Active"
-    plc.outputs(SO11=False)
-    plc.scan(100)
+    plc.outputs(SO11=False, scans=100)
     assert pins(plc, "Origin") == "Busy Active"
-    plc.outputs(SO11=True)
-    plc.scan()
+    plc.outputs(SO11=True, scans=1)
     assert pins(plc, "Origin") == "Done"
 
 
@@ -101,15 +90,13 @@ def test_a_completion_from_before_that_stays_on_counts_after_confirm() -> None:
 
 def _moving() -> PlcBench:
     plc = servo_on()
-    plc["Origin.Execute"] = True
-    plc.scan(5)
+    plc.change("Origin.Execute", to=True, scans=5)
     return plc
 
 
 def test_a_program_stop_ends_it() -> None:
     plc = _moving()
-    plc["ProgramStop.Execute"] = True
-    plc.scan(2)
+    plc.change("ProgramStop.Execute", to=True, scans=2)
     assert plc["Origin.ErrorID"] == 0x8007
     plc.scan(12)
     assert plc.inputs == ["SI00"]
@@ -118,12 +105,9 @@ def test_a_program_stop_ends_it() -> None:
 def test_a_program_that_runs_once_the_input_is_out_is_no_refusal() -> None:
     """Source: assumed; the manual has no chart of SI(14) and SO(13)."""
     plc = servo_on()
-    plc["Origin.Execute"] = True
-    plc.scan()
+    plc.change("Origin.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06", "SI14"]
-    plc.outputs(SO13=True)
-    plc.scan(5)
+    plc.outputs(SO13=True, scans=5)
     assert pins(plc, "Origin") == "Busy Active"
-    plc.outputs(SO11=True)
-    plc.scan()
+    plc.outputs(SO11=True, scans=1)
     assert pins(plc, "Origin") == "Done"

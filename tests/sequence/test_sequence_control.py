@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from alone import Alone
 from plc_bench import PlcBench
 from sequence_bench import sequences, servo_on
 
@@ -15,10 +16,8 @@ def _level(plc: PlcBench) -> str:
 
 def _running() -> PlcBench:
     plc = sequences()
-    plc["SequenceControl.Enable"] = True
-    plc.scan()
-    plc.outputs(SO12=True)
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=True)
+    plc.outputs(SO12=True, scans=1)
     assert _level(plc) == "Valid"
     return plc
 
@@ -27,17 +26,14 @@ def test_the_sequence_program_is_executed_while_the_signal_is_on() -> None:
     """Source: manual chapter 5, 2, SI(10) and SO(12)."""
     plc = sequences()
     assert _level(plc) == ""
-    plc["SequenceControl.Enable"] = True
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=True)
     assert _level(plc) == "Busy"
     assert plc.inputs == ["SI00", "SI06", "SI10"]
     plc.scan(30)
     assert _level(plc) == "Busy"
-    plc.outputs(SO12=True)
-    plc.scan()
+    plc.outputs(SO12=True, scans=1)
     assert _level(plc) == "Valid"
-    plc["SequenceControl.Enable"] = False
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=False)
     assert _level(plc) == ""
     assert plc.inputs == ["SI00", "SI06"]
 
@@ -45,8 +41,7 @@ def test_the_sequence_program_is_executed_while_the_signal_is_on() -> None:
 def test_it_needs_no_turn_but_keeps_the_interval() -> None:
     """Source: manual chapter 5, 3, caution."""
     plc = servo_on()
-    plc["AutoStart.Execute"] = plc["SequenceControl.Enable"] = True
-    plc.scan()
+    plc.change("AutoStart.Execute", "SequenceControl.Enable", to=True)
     assert plc.inputs == ["SI00", "SI06", "SI10"]
     assert plc.scan_until(lambda: "SI12" in plc.inputs) == 12
     plc["SequenceControl.Enable"] = False
@@ -56,29 +51,24 @@ def test_it_needs_no_turn_but_keeps_the_interval() -> None:
 
 def test_an_output_that_goes_off_is_waited_for_again() -> None:
     plc = _running()
-    plc.outputs(SO12=False)
-    plc.scan()
+    plc.outputs(SO12=False, scans=1)
     assert _level(plc) == "Busy"
-    plc.outputs(SO12=True)
-    plc.scan()
+    plc.outputs(SO12=True, scans=1)
     assert _level(plc) == "Valid"
 
 
 def test_a_missing_answer_is_an_error_until_enable_falls() -> None:
     plc = sequences()
     plc["SequenceControl.Timeout"] = "T#300ms"
-    plc["SequenceControl.Enable"] = True
-    plc.scan(30)
+    plc.change("SequenceControl.Enable", to=True, scans=30)
     assert _level(plc) == "Busy"
     plc.scan()
     assert _level(plc) == "Error"
     assert plc["SequenceControl.ErrorID"] == 0x8010
     assert plc.inputs == ["SI00", "SI06"]
-    plc.outputs(SO12=True)
-    plc.scan(20)
+    plc.outputs(SO12=True, scans=20)
     assert _level(plc) == "Error"
-    plc["SequenceControl.Enable"] = False
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=False)
     assert _level(plc) == ""
     assert plc["SequenceControl.ErrorID"] == 0
 
@@ -86,8 +76,7 @@ def test_a_missing_answer_is_an_error_until_enable_falls() -> None:
 def test_timeout_zero_is_no_limit() -> None:
     plc = sequences()
     plc["SequenceControl.Timeout"] = "T#0s"
-    plc["SequenceControl.Enable"] = True
-    plc.scan(2000)
+    plc.change("SequenceControl.Enable", to=True, scans=2000)
     assert _level(plc) == "Busy"
 
 
@@ -103,22 +92,51 @@ def test_after_a_lost_controller_it_does_not_start_again_by_itself(cause: str) -
     assert _level(plc) == "Error"
     assert plc["SequenceControl.ErrorID"] == (0x8001 if cause == "link" else 0x8002)
     plc["Connected"] = True
-    plc.outputs(SO01=True)
-    plc.scan(60)
+    plc.outputs(SO01=True, scans=60)
     assert _level(plc) == "Error"
     assert plc.inputs == ["SI00", "SI06"]
-    plc["SequenceControl.Enable"] = False
-    plc.scan()
-    plc["SequenceControl.Enable"] = True
-    plc.scan(2)
+    plc.change("SequenceControl.Enable", to=False)
+    plc.change("SequenceControl.Enable", to=True, scans=2)
     assert _level(plc) == "Valid"
 
 
 def test_an_output_that_is_on_before_the_signal_is_no_answer() -> None:
     plc = sequences()
     plc.outputs(SO12=True)
-    plc["SequenceControl.Enable"] = True
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=True)
     assert _level(plc) == "Busy"
     plc.scan()
     assert _level(plc) == "Valid"
+
+
+@pytest.fixture
+def block() -> Alone:
+    """Enabled, the controller is up."""
+    alone = Alone("FB_SequenceControl", {"Robot": "RCX_REF"})
+    alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = alone["Block.Enable"] = True
+    alone["Block.Timeout"] = "T#100ms"
+    return alone
+
+
+def test_si10_stays_requested_while_the_sequence_program_runs(block: Alone) -> None:
+    """Source: manual chapter 5, 2, SI(10) and SO(12)."""
+    block["Robot.SI.SI10_SequenceControl"] = block["Robot.SO.SO12_SequenceRunning"] = True
+    for now in (0, 10, 200):
+        block["Robot.Inner.Request"] = 0
+        block.scan(now)
+        assert block["Block.Valid"] is True
+        assert block["Robot.Inner.Request"] == 0x0100, "bit 0 of byte n + 33"
+
+
+@pytest.mark.parametrize("lost", ["Robot.Connected", "Robot.SO.SO01_CpuOk"])
+def test_the_first_error_stays_until_enable_falls(block: Alone, lost: str) -> None:
+    """Source: design of the library, 3; head of FB_SequenceControl."""
+    for now in (0, 100):
+        block.scan(now)
+    assert block["Block.ErrorID"] == 0x8010
+    block[lost] = False
+    block.scan(110)
+    assert block["Block.ErrorID"] == 0x8010
+    block["Block.Enable"] = False
+    block.scan(120)
+    assert block["Block.ErrorID"] == 0

@@ -17,34 +17,22 @@ def test_initial_servo_on_process_after_power_on() -> None:
     Source: manual chapter 5, 3.1, initial servo ON process after power ON.
     """
     plc = _plc()
-    plc["ServoOn.Execute"] = True
-    plc.scan()
+    plc.change("ServoOn.Execute", to=True)
     assert plc.inputs == ["SI00", "SI01", "SI06"]
     plc.scan(30)
     assert plc.inputs == ["SI00", "SI01", "SI06"], "kept until the status is confirmed"
     assert plc["ServoOn.Active"]
-    plc.outputs(SO02=True)
-    plc.scan()
+    assert plc["Robot.Inner.Sequence.Holder"] == 0x0001
+    plc.outputs(SO02=True, scans=1)
     assert plc["ServoOn.Done"]
     assert plc.inputs == ["SI00", "SI06"]
-
-
-def test_done_follows_the_controllers_answer_not_the_request() -> None:
-    """Source: manual chapter 5, 3.1, initial servo ON process, step 2."""
-    plc = _plc()
-    plc["ServoOn.Execute"] = True
-    plc.scan(100)
-    assert plc["ServoOn.Busy"]
-    assert not plc["ServoOn.Done"]
 
 
 def test_an_answer_within_the_interval_ends_the_block_and_the_input_is_still_kept_100_ms() -> None:
     """Source: manual chapter 5, 3.1, caution."""
     plc = _plc()
-    plc["ServoOn.Execute"] = True
-    plc.scan()
-    plc.outputs(SO02=True)
-    plc.scan()
+    plc.change("ServoOn.Execute", to=True)
+    plc.outputs(SO02=True, scans=1)
     assert plc["ServoOn.Done"]
     assert plc.scan_until(lambda: "SI01" not in plc.inputs) == 11
 
@@ -56,8 +44,7 @@ def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
     """
     plc = PlcBench()
     plc.outputs(SO00=True, SO01=True, SO04=True)
-    plc["ServoOn.Execute"] = True
-    plc.scan_until(lambda: "SI00" in plc.inputs)
+    plc.scan_until(lambda: "SI00" in plc.inputs, execute="ServoOn")
     plc.scan(3)
     assert plc["ServoOn.Busy"]
     plc.outputs(SO00=False)
@@ -68,33 +55,11 @@ def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
 def test_a_second_servo_on_makes_an_edge_of_its_own() -> None:
     """Source: manual chapter 5, 2, SI(01): from OFF to ON."""
     plc = _plc()
-    plc["ServoOn.Execute"] = plc["ServoAgain.Execute"] = True
-    plc.scan()
-    plc.outputs(SO02=True)
-    plc.scan()
+    plc.change("ServoOn.Execute", "ServoAgain.Execute", to=True)
+    plc.outputs(SO02=True, scans=1)
     assert plc["ServoOn.Done"]
     assert plc["ServoAgain.Active"]
     assert plc.scan_until(lambda: "SI01" not in plc.inputs) == 11
     assert plc.scan_until(lambda: "SI01" in plc.inputs) == 12
     plc.scan()
     assert plc["ServoAgain.Done"]
-
-
-def test_a_block_that_is_no_longer_called_loses_its_turn() -> None:
-    plc = _plc()
-    plc["ServoOn.Execute"] = True
-    plc.scan(2)
-    plc["CallServoOn"] = False
-    plc["ProgramReset.Execute"] = True
-    plc.scan(2)
-    assert plc["ProgramReset.Active"]
-    plc["CallServoOn"] = True
-    plc.scan()
-    assert plc["ServoOn.ErrorID"] == 0x8013
-
-
-def test_who_holds_the_dedicated_inputs_can_be_read() -> None:
-    plc = _plc()
-    plc["ServoOn.Execute"] = True
-    plc.scan()
-    assert plc["Robot.Inner.Sequence.Holder"] == 0x0001

@@ -12,35 +12,28 @@ def _restarted() -> PlcBench:
     """SI(00) has just gone ON again."""
     plc = in_emergency_stop()
     plc["Restart.Timeout"] = "T#300ms"
-    plc["Restart.Execute"] = True
-    plc.scan()
+    plc.change("Restart.Execute", to=True)
     return plc
 
 
 def test_servo_on_process_from_emergency_stop_status() -> None:
-    """Each input waits for the output before it, and is withdrawn after its own answer.
-
-    Source: manual chapter 5, 3.1, servo ON process from emergency stop status.
-    """
+    """Source: manual chapter 5, 3.1, servo ON process from emergency stop status."""
     plc = in_emergency_stop()
-    plc["Restart.Execute"] = True
-    plc.scan()
+    plc.change("Restart.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06"]
     assert pins(plc, "Restart") == "Busy"
     assert plc["Restart.Stage"] == "POWER_UP_EMERGENCY_RELEASE"
     plc.scan(30)
     assert plc.inputs == ["SI00", "SI06"], "no alarm reset before SO(00) is OFF"
 
-    plc.outputs(SO00=False)
-    plc.scan()
+    plc.outputs(SO00=False, scans=1)
     assert plc.inputs == ["SI00", "SI06", "SI16"]
     assert pins(plc, "Restart") == "Busy Active"
     assert plc["Restart.Stage"] == "POWER_UP_ALARM_RESET"
     plc.scan(30)
     assert plc.inputs == ["SI00", "SI06", "SI16"], "kept until SO(03) is OFF, and no servo ON yet"
 
-    plc.outputs(SO03=False)
-    plc.scan()
+    plc.outputs(SO03=False, scans=1)
     assert plc.inputs == ["SI00", "SI06"]
     assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
     assert plc.scan_until(lambda: plc.inputs != ["SI00", "SI06"]) == 12
@@ -48,13 +41,11 @@ def test_servo_on_process_from_emergency_stop_status() -> None:
     plc.scan(30)
     assert pins(plc, "Restart") == "Busy Active"
 
-    plc.outputs(SO02=True)
-    plc.scan()
+    plc.outputs(SO02=True, scans=1)
     assert pins(plc, "Restart") == "Done"
     assert plc["Restart.Stage"] == "POWER_UP_COMPLETE"
     assert plc.inputs == ["SI00", "SI06"]
-    plc["Restart.Execute"] = False
-    plc.scan()
+    plc.change("Restart.Execute", to=False)
     assert pins(plc, "Restart") == ""
     assert plc["Restart.Stage"] == "POWER_UP_IDLE"
 
@@ -66,8 +57,7 @@ def test_without_an_alarm_there_is_no_alarm_reset() -> None:
     """
     plc = in_emergency_stop()
     plc.outputs(SO03=False)
-    plc["Restart.Execute"] = True
-    plc.scan()
+    plc.change("Restart.Execute", to=True)
     plc.outputs(SO00=False)
     seen = set()
     for _ in range(20):
@@ -79,17 +69,13 @@ def test_without_an_alarm_there_is_no_alarm_reset() -> None:
 def test_servo_on_waits_for_mp_ready() -> None:
     """Source: manual chapter 5, 2, SO(04)."""
     plc = in_emergency_stop()
-    plc["Restart.Execute"] = True
-    plc.scan(12)
-    plc.outputs(SO00=False, SO04=False)
-    plc.scan()
+    plc.change("Restart.Execute", to=True, scans=12)
+    plc.outputs(SO00=False, SO04=False, scans=1)
     assert plc.inputs == ["SI00", "SI06", "SI16"]
-    plc.outputs(SO03=False)
-    plc.scan(30)
+    plc.outputs(SO03=False, scans=30)
     assert plc["Restart.Stage"] == "POWER_UP_MP_READY"
     assert pins(plc, "Restart") == "Busy"
-    plc.outputs(SO04=True)
-    plc.scan()
+    plc.outputs(SO04=True, scans=1)
     assert plc.inputs == ["SI00", "SI01", "SI06"]
 
 
@@ -100,14 +86,11 @@ def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> N
     """
     plc = in_emergency_stop()
     plc["EmergencyStopOk"] = False
-    plc["Restart.Execute"] = True
-    plc.scan()
+    plc.change("Restart.Execute", to=True)
     assert pins(plc, "Restart") == "Busy"
     plc.scan()
-    assert pins(plc, "Restart") == "Error"
     assert plc["Restart.ErrorID"] == 0x8003
-    plc["EmergencyStopOk"] = True
-    plc.scan(50)
+    plc.change("EmergencyStopOk", to=True, scans=50)
     assert plc.inputs == ["SI06"]
 
 
@@ -115,10 +98,8 @@ def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> N
 def test_refused_while_an_emergency_stop_block_is_executed(stop: str) -> None:
     """Whichever of the two blocks is called first."""
     plc = in_emergency_stop()
-    plc[f"{stop}.Execute"] = True
-    plc.scan(5)
-    plc["Restart.Execute"] = True
-    plc.scan(4)
+    plc.change(f"{stop}.Execute", to=True, scans=5)
+    plc.change("Restart.Execute", to=True, scans=4)
     assert plc["Restart.ErrorID"] == 0x8003
     assert plc["Robot.Inner.HoldEmergency"]
     plc.scan(50)
@@ -128,37 +109,36 @@ def test_refused_while_an_emergency_stop_block_is_executed(stop: str) -> None:
 def test_refused_without_a_link_and_the_hold_stays() -> None:
     """Source: manual chapter 1, 5.2."""
     plc = in_emergency_stop()
-    plc["Connected"] = False
-    plc.scan()
-    plc["Restart.Execute"] = True
-    plc.scan(2)
+    plc.change("Connected", to=False)
+    plc.change("Restart.Execute", to=True, scans=2)
     assert plc["Restart.ErrorID"] == 0x8001
-    plc["Connected"] = True
-    plc.scan(50)
+    plc.change("Connected", to=True, scans=50)
     assert plc.inputs == ["SI06"]
 
 
-def test_another_emergency_stop_that_stays_on_ends_it_at_the_time_limit() -> None:
-    """Source: manual chapter 5, 2, SI(01): all emergency stop states must be cancelled."""
+@pytest.mark.parametrize(
+    ("outputs", "error", "stage"),
+    [
+        ({}, 0x8009, "EMERGENCY_RELEASE"),
+        ({"SO00": False}, 0x800A, "ALARM_RESET"),
+        ({"SO00": False, "SO03": False}, 0x800B, "SERVO_ON"),
+    ],
+    ids=["another emergency stop", "an alarm", "servos off"],
+)
+def test_what_stays_as_it_is_ends_it_at_the_time_limit(
+    outputs: dict[str, bool], error: int, stage: str
+) -> None:
+    """All emergency stop states must be cancelled; an alarm may require a power restart.
+
+    Source: manual chapter 5, 2, SI(01) and SI(16); 3.1, servo ON from emergency stop, step 7.
+    """
     plc = _restarted()
-    plc.scan(29)
-    assert plc["Restart.Busy"]
-    plc.scan()
-    assert plc["Restart.ErrorID"] == 0x8009
-    assert plc["Restart.Stage"] == "POWER_UP_EMERGENCY_RELEASE"
+    plc.outputs(**outputs)
+    taken = plc.scan_until(lambda: plc["Restart.Error"] is True, most=50)
+    assert taken >= 30
+    assert (plc["Restart.ErrorID"], plc["Restart.Stage"]) == (error, f"POWER_UP_{stage}")
     plc.scan(30)
     assert plc.inputs == ["SI00", "SI06"], "its own emergency stop is released"
-
-
-def test_an_alarm_that_stays_ends_it_at_the_time_limit() -> None:
-    """Source: manual chapter 5, 2, SI(16): a power restart is required."""
-    plc = _restarted()
-    plc.outputs(SO00=False)
-    plc.scan_until(lambda: plc["Restart.Error"] is True, most=50)
-    assert plc["Restart.ErrorID"] == 0x800A
-    assert plc["Restart.Stage"] == "POWER_UP_ALARM_RESET"
-    plc.scan(12)
-    assert plc.inputs == ["SI00", "SI06"]
 
 
 def test_missing_main_power_ends_it_at_the_time_limit() -> None:
@@ -168,22 +148,10 @@ def test_missing_main_power_ends_it_at_the_time_limit() -> None:
     plc.scan_until(lambda: plc["Restart.Error"] is True, most=50)
     assert plc["Restart.ErrorID"] == 0x8005
     assert plc["Restart.Stage"] == "POWER_UP_MP_READY"
-    plc.outputs(SO04=True)
-    plc.scan(30)
+    plc.outputs(SO04=True, scans=30)
     assert plc.inputs == ["SI00", "SI06"], "what comes too late starts nothing"
     assert plc["Restart.Stage"] == "POWER_UP_MP_READY", "it says where it failed"
     assert pins(plc, "Restart") == "Error"
-
-
-def test_servos_that_stay_off_end_it_at_the_time_limit() -> None:
-    """Source: manual chapter 5, 3.1, servo ON process from emergency stop status, step 7."""
-    plc = _restarted()
-    plc.outputs(SO00=False, SO03=False)
-    plc.scan_until(lambda: plc["Restart.Error"] is True, most=50)
-    assert plc["Restart.ErrorID"] == 0x800B
-    assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
-    plc.scan(12)
-    assert plc.inputs == ["SI00", "SI06"]
 
 
 def _play(plc: PlcBench, stage: str) -> None:
@@ -195,8 +163,7 @@ def _play(plc: PlcBench, stage: str) -> None:
     ):
         if stage == last:
             break
-        plc.outputs(**outputs)
-        plc.scan(15)
+        plc.outputs(scans=15, **outputs)
     plc.scan(5)
     assert plc["Restart.Stage"] == f"POWER_UP_{stage}"
 
@@ -208,14 +175,11 @@ _STAGES = ("EMERGENCY_RELEASE", "ALARM_RESET", "MP_READY", "SERVO_ON")
 def test_a_new_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
     """Source: manual chapter 5, 3.1, shift to emergency stop."""
     plc = in_emergency_stop()
-    plc["Restart.Execute"] = True
-    plc.scan()
+    plc.change("Restart.Execute", to=True)
     _play(plc, stage)
-    plc["EmergencyStop.Execute"] = True
-    plc.scan()
+    plc.change("EmergencyStop.Execute", to=True)
     assert "SI00" not in plc.inputs
-    plc.outputs(SO00=True, SO03=True, SO02=False)
-    plc.scan(35)
+    plc.outputs(SO00=True, SO03=True, SO02=False, scans=35)
     assert plc["Restart.ErrorID"] == 0x8003
     assert plc["EmergencyStop.Done"]
     assert plc.inputs == ["SI06"]
@@ -229,14 +193,11 @@ def test_a_lost_link_ends_it_in_every_stage_and_nothing_starts_again(
 ) -> None:
     """Source: manual chapter 1, 5.2."""
     plc = in_emergency_stop()
-    plc["Restart.Execute"] = True
-    plc.scan()
+    plc.change("Restart.Execute", to=True)
     _play(plc, stage)
-    plc["Connected"] = False
-    plc.scan(scans)
+    plc.change("Connected", to=False, scans=scans)
     assert plc["Restart.ErrorID"] == 0x8001
-    plc["Connected"] = True
-    plc.scan(60)
+    plc.change("Connected", to=True, scans=60)
     assert plc.inputs == ["SI00", "SI06"]
     assert plc["Restart.ErrorID"] == 0x8001
 
@@ -246,24 +207,19 @@ def test_the_alarm_reset_waits_for_its_turn() -> None:
     plc = in_emergency_stop()
     plc["AutoStart.Timeout"] = "T#0s"
     plc.outputs(SO00=False, SO03=False)
-    plc["Restart.Execute"] = plc["AutoStart.Execute"] = True
-    plc.scan(30)
+    plc.change("Restart.Execute", "AutoStart.Execute", to=True, scans=30)
     assert plc["AutoStart.Active"]
     assert pins(plc, "Restart") == "Busy"
-    plc.outputs(SO13=True)
-    plc.scan()
+    plc.outputs(SO13=True, scans=1)
     assert plc["AutoStart.Done"]
     assert plc.scan_until(lambda: plc["Restart.Active"] is True) == 1
 
 
 def test_a_block_that_is_no_longer_called_loses_its_turn() -> None:
     plc = _restarted()
-    plc.outputs(SO00=False)
-    plc.scan(3)
-    plc["CallRestart"] = False
-    plc.scan(3)
-    plc["CallRestart"] = True
-    plc.scan()
+    plc.outputs(SO00=False, scans=3)
+    plc.change("CallRestart", to=False, scans=3)
+    plc.change("CallRestart", to=True)
     assert plc["Restart.ErrorID"] == 0x8013
 
 
@@ -271,19 +227,14 @@ def test_it_can_be_tried_again_after_an_error() -> None:
     plc = _restarted()
     plc.scan(31)
     assert plc["Restart.ErrorID"] == 0x8009
-    plc["Restart.Execute"] = False
-    plc.scan()
+    plc.change("Restart.Execute", to=False)
     assert pins(plc, "Restart") == ""
     plc.outputs(SO00=False)
-    plc["Restart.Execute"] = True
-    plc.scan()
-    plc["Restart.Execute"] = False
-    plc.scan()
-    plc.outputs(SO03=False)
-    plc.scan(30)
+    plc.change("Restart.Execute", to=True)
+    plc.change("Restart.Execute", to=False)
+    plc.outputs(SO03=False, scans=30)
     assert plc.inputs == ["SI00", "SI01", "SI06"]
-    plc.outputs(SO02=True)
-    plc.scan()
+    plc.outputs(SO02=True, scans=1)
     assert pins(plc, "Restart") == "Done"
     plc.scan()
     assert pins(plc, "Restart") == ""
@@ -298,8 +249,7 @@ def test_the_wait_for_mp_ready_has_a_time_limit_of_its_own() -> None:
     plc["ProgramReset.Timeout"] = "T#0s"
     plc["Restart.Timeout"] = "T#300ms"
     plc.outputs(SO00=False, SO14=False)
-    plc["ProgramReset.Execute"] = plc["Restart.Execute"] = True
-    plc.scan(50)
+    plc.change("ProgramReset.Execute", "Restart.Execute", to=True, scans=50)
     assert plc["ProgramReset.Active"]
     assert plc["Restart.Stage"] == "POWER_UP_ALARM_RESET"
     plc.outputs(SO14=True)
@@ -310,16 +260,11 @@ def test_the_wait_for_mp_ready_has_a_time_limit_of_its_own() -> None:
 
 
 def test_the_applications_emergency_stop_ends_the_wait_for_mp_ready() -> None:
-    """Without waiting for SO(00).
-
-    Source: manual chapter 5, 2, SI(00).
-    """
+    """Without waiting for SO(00). Source: manual chapter 5, 2, SI(00)."""
     plc = in_emergency_stop()
-    plc["Restart.Execute"] = True
-    plc.scan()
+    plc.change("Restart.Execute", to=True)
     _play(plc, "MP_READY")
-    plc["EmergencyStopOk"] = False
-    plc.scan(20)
+    plc.change("EmergencyStopOk", to=False, scans=20)
     assert plc["Restart.ErrorID"] == 0x8003
 
 
@@ -330,17 +275,13 @@ def test_the_applications_emergency_stop_ends_the_wait_for_mp_ready() -> None:
 def test_what_forbids_servo_on_ends_the_wait_for_mp_ready(
     outputs: dict[str, bool], error: int
 ) -> None:
-    """Long before the time limit, with what the controller says; nothing is asked for.
-
-    Source: manual chapter 5, 2, SI(01): CPU_OK, no emergency stop, no alarm.
-    """
+    """Source: manual chapter 5, 2, SI(01): CPU_OK, no emergency stop, no alarm."""
     plc = in_emergency_stop()
-    plc["Restart.Execute"] = True
-    plc.scan()
+    plc.change("Restart.Execute", to=True)
     _play(plc, "MP_READY")
-    plc.outputs(**outputs)
-    plc.scan(2)
+    plc.outputs(scans=2, **outputs)
     assert (plc["Restart.Error"], plc["Restart.ErrorID"]) == (True, error)
+    assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
     assert "SI01" not in plc.inputs
 
 
@@ -354,41 +295,12 @@ def test_an_emergency_stop_of_one_scan_in_the_scan_of_the_release_wins(
     Source: manual chapter 5, 2, SI(00).
     """
     plc = in_emergency_stop()
-    plc["StopOk"] = False
-    plc.scan(since_change)
-    plc[f"{stop}.Execute"] = plc["Restart.Execute"] = True
-    plc.scan()
-    plc[f"{stop}.Execute"] = False
-    plc.scan(50)
+    plc.change("StopOk", to=False, scans=since_change)
+    plc.change(f"{stop}.Execute", "Restart.Execute", to=True)
+    plc.change(f"{stop}.Execute", to=False, scans=50)
     assert plc["Restart.ErrorID"] == 0x8003
     assert plc["Robot.Inner.HoldEmergency"]
     assert plc.inputs == []
-
-
-def test_an_emergency_stop_without_alarm_ends_the_wait_for_mp_ready() -> None:
-    """Source: manual chapter 5, 2, SI(01): SO(00) must be OFF."""
-    plc = in_emergency_stop()
-    plc["Restart.Execute"] = True
-    plc.scan(12)
-    plc.outputs(SO00=False, SO03=False, SO04=False)
-    plc.scan(5)
-    assert plc["Restart.Stage"] == "POWER_UP_MP_READY"
-    plc.outputs(SO00=True)
-    plc.scan(2)
-    assert plc["Restart.ErrorID"] == 0x8003
-    assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
-
-
-def test_an_alarm_ends_the_wait_for_mp_ready() -> None:
-    """Source: manual chapter 5, 2, SI(01): SO(03) must be OFF."""
-    plc = in_emergency_stop()
-    plc["Restart.Execute"] = True
-    plc.scan()
-    _play(plc, "MP_READY")
-    plc.outputs(SO03=True)
-    plc.scan(15)
-    assert plc["Restart.ErrorID"] == 0x8004
-    assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
 
 
 def test_an_edge_in_the_scan_after_an_error_has_the_whole_time_again() -> None:
@@ -396,7 +308,6 @@ def test_an_edge_in_the_scan_after_an_error_has_the_whole_time_again() -> None:
     plc["Restart.Execute"] = False
     plc.scan_until(lambda: plc["Restart.Error"] is True, most=40)
     assert plc["Restart.ErrorID"] == 0x8009
-    plc["Restart.Execute"] = True
-    plc.scan()
+    plc.change("Restart.Execute", to=True)
     assert pins(plc, "Restart") == "Busy"
     assert 29 <= plc.scan_until(lambda: plc["Restart.Error"] is True, most=40) <= 32

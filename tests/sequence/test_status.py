@@ -9,16 +9,8 @@ from rcx_harness import spec
 from sequence_bench import sequences, servo_on
 
 _EDGES = (
-    "EmergencyRaised",
-    "EmergencyReleased",
-    "AlarmRaised",
-    "AlarmCleared",
-    "WarningRaised",
-    "WarningCleared",
-    "ServoLost",
-    "AutoLost",
-    "ProgramStarted",
-    "ProgramEnded",
+    *("EmergencyRaised", "EmergencyReleased", "AlarmRaised", "AlarmCleared", "WarningRaised"),
+    *("WarningCleared", "ServoLost", "AutoLost", "ProgramStarted", "ProgramEnded"),
 )
 
 
@@ -31,8 +23,7 @@ def _level(plc: PlcBench) -> str:
 
 
 def _watched(plc: PlcBench) -> PlcBench:
-    plc["Condition.Enable"] = True
-    plc.scan(2)
+    plc.change("Condition.Enable", to=True, scans=2)
     assert _edges(plc) == []
     return plc
 
@@ -42,8 +33,7 @@ def test_each_dedicated_output_is_shown(signal: spec.Signal) -> None:
     """Source: manual chapter 5, 2, bit output."""
     plc = _watched(sequences())
     before = plc[f"Condition.SO.{signal.name}"]
-    plc.outputs(**{signal.short: not before})
-    plc.scan()
+    plc.outputs(scans=1, **{signal.short: not before})
     assert plc[f"Condition.SO.{signal.name}"] is not before
     assert plc["Condition.Valid"]
 
@@ -66,8 +56,7 @@ def test_a_change_is_shown_for_one_scan(output: str, on: list[str], off: list[st
     plc.outputs(SO10=False)
     plc = _watched(plc)
     for level, expected in ((True, on), (False, off)):
-        plc.outputs(**{output: level})
-        plc.scan()
+        plc.outputs(scans=1, **{output: level})
         assert _edges(plc) == expected
         plc.scan()
         assert _edges(plc) == []
@@ -76,8 +65,7 @@ def test_a_change_is_shown_for_one_scan(output: str, on: list[str], off: list[st
 def test_an_alarm_that_is_there_from_the_start_is_a_change() -> None:
     plc = sequences()
     plc.outputs(SO03=True)
-    plc["Condition.Enable"] = True
-    plc.scan()
+    plc.change("Condition.Enable", to=True)
     assert _edges(plc) == ["AlarmRaised"]
 
 
@@ -85,19 +73,15 @@ def test_a_lost_link_is_no_change_of_the_outputs_and_what_happened_meanwhile_is_
     """Source: manual chapter 1, 5.2."""
     plc = servo_on()
     plc.outputs(SO13=True)
-    plc["Condition.Enable"] = True
-    plc.scan(2)
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Condition.Enable", to=True, scans=2)
+    plc.change("Connected", to=False)
     assert _level(plc) == "Error"
     assert plc["Condition.ErrorID"] == 0x8001
     assert _edges(plc) == []
     assert plc["Condition.SO.SO13_ProgramRunning"], "what it showed last"
-    plc.outputs(SO00=True, SO02=False, SO03=True, SO13=False)
-    plc.scan(5)
+    plc.outputs(SO00=True, SO02=False, SO03=True, SO13=False, scans=5)
     assert _edges(plc) == []
-    plc["Connected"] = True
-    plc.scan()
+    plc.change("Connected", to=True)
     assert _level(plc) == "Valid"
     assert plc["Condition.ErrorID"] == 0
     assert _edges(plc) == ["EmergencyRaised", "AlarmRaised", "ServoLost", "ProgramEnded"]
@@ -107,8 +91,7 @@ def test_without_enable_nothing_is_shown() -> None:
     plc = _watched(servo_on())
     assert _level(plc) == "Valid Ready"
     plc["Condition.Enable"] = False
-    plc.outputs(SO03=True)
-    plc.scan()
+    plc.outputs(SO03=True, scans=1)
     assert _level(plc) == ""
     assert _edges(plc) == []
     assert (plc["Condition.Stage"], plc["Condition.Text"]) == ("POWER_UP_IDLE", "")
@@ -133,8 +116,7 @@ def test_ready_needs_all_that_a_program_start_needs(
     plc = _watched(servo_on())
     assert _level(plc) == "Valid Ready"
     assert plc["Condition.Stage"] == "POWER_UP_PROGRAM_START"
-    plc.outputs(**cause)
-    plc.scan()
+    plc.outputs(scans=1, **cause)
     assert _level(plc) == "Valid"
     assert plc["Condition.Stage"] == f"POWER_UP_{stage}"
     assert word in str(plc["Condition.Text"])
@@ -163,6 +145,5 @@ def test_ready_needs_what_the_application_says(pin: str, stage: str, word: str) 
 )
 def test_a_hold_of_a_block_is_named_in_the_next_scan(block: str, stage: str) -> None:
     plc = _watched(servo_on())
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     assert plc["Condition.Stage"] == f"POWER_UP_{stage}"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from plc_bench import PlcBench
@@ -12,10 +10,9 @@ from plc_bench import PlcBench
 _SENT = 3
 
 
-def _bench(tmp_path: Path, blocks: str, calls: str) -> PlcBench:
-    program = tmp_path / "Turns.st"
-    program.write_text(
-        f"""PROGRAM Turns
+def _bench(blocks: str, calls: str) -> PlcBench:
+    plc = PlcBench(
+        program=f"""PROGRAM Turns
   VAR
     InputArea, OutputArea : RCX_IMAGE;
     Connected : BOOL := TRUE;
@@ -29,10 +26,8 @@ def _bench(tmp_path: Path, blocks: str, calls: str) -> PlcBench:
 {calls}
   WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
 END_PROGRAM
-""",
-        encoding="utf-8",
+"""
     )
-    plc = PlcBench(program=program)
     plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True)
     plc.scan_until(lambda: bool(plc["Robot.Settled"]))
     return plc
@@ -40,21 +35,15 @@ END_PROGRAM
 
 _POLLING = ("Day", "Hour", "Speeds", "Versions", "Servos", "Torques")
 _KINDS = (
-    "ReadDate",
-    "ReadTime",
-    "ReadSpeeds",
-    "ReadVersions",
-    "ReadServoStatus",
-    "ReadTorqueOfMax",
+    *("ReadDate", "ReadTime", "ReadSpeeds", "ReadVersions", "ReadServoStatus", "ReadTorqueOfMax"),
 )
 
 
 @pytest.fixture
-def polling(tmp_path: Path) -> PlcBench:
+def polling() -> PlcBench:
     """Six blocks that read again and again while Retry is TRUE, and a movement."""
     pairs = list(zip(_POLLING, _KINDS, strict=True))
     return _bench(
-        tmp_path,
         "    Go : FB_MovePtp;\n" + "".join(f"    {name} : FB_{kind};\n" for name, kind in pairs),
         "  Go(Robot := Robot, Execute := Good, Point := 19);\n"
         + "".join(
@@ -68,18 +57,12 @@ def polling(tmp_path: Path) -> PlcBench:
 def test_after_a_lost_link_the_first_command_goes_out_at_once(
     polling: PlcBench, lost_scans: int
 ) -> None:
-    """It does not take as long as the link was lost.
-
-    Source: design of the library, 2: waiting is bounded by what still lives.
-    """
+    """Source: design of the library, 2: waiting is bounded by what still lives."""
     plc = polling
-    plc["Good"] = True
-    plc.scan(4)
+    plc.change("Good", to=True, scans=4)
     assert plc.words[0] == 0x0001
-    plc["Retry"] = True
-    plc.scan(2)
-    plc["Connected"] = False
-    plc.scan(lost_scans)
+    plc.change("Retry", to=True, scans=2)
+    plc.change("Connected", to=False, scans=lost_scans)
     assert plc["Go.ErrorID"] == 0x8001
     before = plc["Robot.Inner.Command.NextTicket"]
     plc["Connected"] = True
@@ -100,10 +83,9 @@ def test_without_a_link_no_ticket_stays_behind(polling: PlcBench) -> None:
 
 
 @pytest.fixture
-def refusing(tmp_path: Path) -> PlcBench:
+def refusing() -> PlcBench:
     """Four blocks with an illegal input that are tried again in every scan, and a good one."""
     return _bench(
-        tmp_path,
         "".join(f"    Bad{k} : FB_MovePtp;\n" for k in (1, 2, 3, 4)) + "    Best : FB_ReadDate;\n",
         "".join(
             f"  Bad{k}(Robot := Robot, Execute := Retry AND NOT (Bad{k}.Done OR Bad{k}.Error), "
@@ -133,27 +115,22 @@ def test_a_refused_input_never_touches_the_channel(refusing: PlcBench) -> None:
 
 
 def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBench) -> None:
-    """Each one: data, code, end, status reset read.
-
-    Source: guide, chapter 2; docs/explanation/scan-model.md, remote commands.
-    """
+    """Source: guide, chapter 2; docs/explanation/scan-model.md, remote commands."""
     plc = refusing
     plc["Retry"] = plc["Good"] = True
     for _ in range(200):
         taken = plc.scan_until(lambda: plc.words[0] != 0, most=4)
         assert taken <= _SENT
-        plc.answer(0x0200)
-        plc.scan()
+        plc.answer(0x0200, scans=1)
         assert plc.words[0] == 0
         assert plc["Best.Done"] is True
         plc.answer(0x0000)
 
 
 @pytest.fixture
-def queue(tmp_path: Path) -> PlcBench:
+def queue() -> PlcBench:
     """A command that outlives its block, four that give up in the queue, and one without limit."""
     return _bench(
-        tmp_path,
         "".join(
             f"    {name} : FB_RemoteCommand;\n"
             for name in ("Go", "Hasty1", "Hasty2", "Hasty3", "Hasty4", "Patient")
@@ -178,8 +155,7 @@ def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     Source: design of the library, 2: a turn goes to the next job that is still there, at once.
     """
     plc = queue
-    plc["Good"] = True
-    plc.scan(10)
+    plc.change("Good", to=True, scans=10)
     assert plc["Go.ErrorID"] == 0x8011
     plc["Robot.Inner.Command.NextTicket"] = plc["Robot.Inner.Command.NextTicket"] + before
     plc["Robot.Inner.Command.Lowest"] = plc["Robot.Inner.Command.NextTicket"]
@@ -189,11 +165,8 @@ def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     plc.scan(scans // 2)
     assert plc["Patient.Busy"] is True
     assert plc["Patient.ErrorID"] == 0
-    plc["Retry"] = False
-    plc.scan(5)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0x0000)
+    plc.change("Retry", to=False, scans=5)
+    plc.complete()
     assert plc.scan_until(lambda: plc.words[0] != 0, most=4) <= _SENT
     assert plc.words[0] == 0x0502
 
@@ -203,34 +176,25 @@ def test_whoever_waits_longest_is_next_also_among_those_who_give_up(
     queue: PlcBench, patient_first: bool
 ) -> None:
     plc = queue
-    plc["Good"] = True
-    plc.scan(10)
+    plc.change("Good", to=True, scans=10)
     if patient_first:
-        plc["Wait"] = True
-        plc.scan()
-    plc["Retry"] = True
-    plc.scan(40)
-    plc["Wait"] = True
-    plc.scan()
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0x0000)
+        plc.change("Wait", to=True)
+    plc.change("Retry", to=True, scans=40)
+    plc.change("Wait", to=True)
+    plc.complete()
     order: list[int] = []
     for _ in range(5):
         plc.scan_until(lambda: plc.words[0] != 0, most=5)
         order.append(plc.words[0])
-        plc.answer(0x0200)
-        plc.scan()
-        plc.answer(0x0000)
+        plc.complete()
     assert 0x0502 in order
     assert not patient_first or order[0] == 0x0502
 
 
 @pytest.fixture
-def sequences(tmp_path: Path) -> PlcBench:
+def sequences() -> PlcBench:
     """Four program resets that are tried again in every scan, and an alarm reset."""
     return _bench(
-        tmp_path,
         "".join(f"    Reset{k} : FB_ProgramReset;\n" for k in (1, 2, 3, 4))
         + "    Alarm : FB_AlarmReset;\n",
         "".join(
@@ -249,10 +213,8 @@ def test_the_channel_of_the_dedicated_inputs_is_free_at_once_too(
     """Source: manual chapter 1, 5.2; design of the library, 2."""
     plc = sequences
     plc["Retry"] = True
-    plc["Connected"] = False
-    plc.scan(lost_scans)
-    plc["Retry"] = False
-    plc.scan(2)
+    plc.change("Connected", to=False, scans=lost_scans)
+    plc.change("Retry", to=False, scans=2)
     plc["Connected"] = plc["Good"] = True
     plc.outputs(SO03=True)
     plc.scan_until(lambda: "SI16" in plc.inputs, most=4 * 26)
@@ -260,7 +222,7 @@ def test_the_channel_of_the_dedicated_inputs_is_free_at_once_too(
 
 @pytest.mark.parametrize("block", ["Day", "Go"])
 def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
-    tmp_path: Path, block: str
+    block: str,
 ) -> None:
     """Its time limit would count twice; a command that is out is held to its end.
 
@@ -271,24 +233,19 @@ def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
         "Go": "  Go(Robot := Robot, Execute := Good, Point := 19);\n",
     }
     plc = _bench(
-        tmp_path,
         "    Day : FB_ReadDate;\n    Go : FB_MovePtp;\n    Twice : BOOL;\n",
         f"{call[block]}  IF Twice THEN\n  {call[block]}  END_IF;\n",
     )
-    plc["Good"] = True
-    plc.scan(3)
+    plc.change("Good", to=True, scans=3)
     code = plc.words[0]
     assert code != 0
-    plc["Twice"] = True
-    plc.scan()
+    plc.change("Twice", to=True)
     assert plc[f"{block}.ErrorID"] == 0x8016
     plc.scan(50)
     assert plc.words[0] == code, "held to its end"
     plc["Good"] = plc["Twice"] = False
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0x0000)
-    plc.scan(2)
+    plc.answer(0x0200, scans=1)
+    plc.answer(0x0000, scans=2)
     plc["Good"] = True
     assert plc.scan_until(lambda: plc.words[0] == code, most=5) <= _SENT
 
@@ -329,15 +286,13 @@ END_PROGRAM
 @pytest.mark.parametrize("place", ["SharedFirst", "SharedLast"])
 @pytest.mark.parametrize("ahead", range(4))
 def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
-    tmp_path: Path, m: int, place: str, ahead: int
+    m: int, place: str, ahead: int
 ) -> None:
     """Started on one robot, called with the other: its turn there may be another block's.
 
     With m = 0 both robots read the same answers, so that even their scans have the same numbers.
     """
-    program = tmp_path / "Both.st"
-    program.write_text(_TWO_ROBOTS.format(m=m), encoding="utf-8")
-    plc = PlcBench(program=program, size=96, contract=False)
+    plc = PlcBench(program=_TWO_ROBOTS.format(m=m), size=96, contract=False)
     for area in (0, 48):
         plc.so[area + 32 : area + 34] = bytes([0x12, 0x01])
     plc["ReadArea.Size"] = plc["WriteArea.Size"] = 48
@@ -347,8 +302,7 @@ def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
     plc["GoOther"] = True
     for scan in range(40):
         plc["Go"] = scan >= ahead
-        plc["GoShared"] = scan >= 2
-        plc.scan()
+        plc.change("GoShared", to=scan >= 2)
         image = plc.image
         assert image[0:2] in (b"\x00\x00", b"\x01\x05"), f"scan {scan}: {image[:4].hex()}"
         if image[0:2] == b"\x01\x05":
@@ -357,13 +311,12 @@ def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
     assert plc.image[0:2] == b"\x01\x05", "the robot's own command is out"
 
 
-def test_data_that_change_in_the_scan_of_the_code_go_out_first(tmp_path: Path) -> None:
+def test_data_that_change_in_the_scan_of_the_code_go_out_first() -> None:
     """Two blocks that both believe in the turn: code and data are held for a scan unchanged.
 
     Source: guide, chapter 2, steps 1 and 2: data, then the code.
     """
     plc = _bench(
-        tmp_path,
         "    Go : FB_RemoteCommand;\n    Code, Other : WORD;\n",
         "  Go(Robot := Robot, Execute := Good, Code := WORD#16#0001);\n"
         "  IF Code <> WORD#16#0000 THEN\n    Robot.Inner.Code := Code;\n"

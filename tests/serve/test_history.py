@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
+import pytest
+
 from rcx_harness.serve.history import History, live_chart
 from rcx_harness.serve.status import Change
 from rcx_harness.trace.chart import Lane
@@ -48,7 +50,21 @@ def test_the_chart_names_the_command() -> None:
     assert ">0x0100<" in drawn
 
 
-def test_what_is_older_is_forgotten_but_for_the_state_it_left() -> None:
+@pytest.mark.parametrize(("width", "least"), [(344, 0.95), (1266, 0.7)])
+def test_the_waves_have_most_of_the_width(width: int, least: float) -> None:
+    """In a narrow chart the names stand above them."""
+    drawn = live_chart(History().lanes(), 1_000_000, 1.0, width)
+    box = re.search(r'viewBox="0 0 (\d+) (\d+)".* data-left="(\d+)" data-plot="(\d+)"', drawn)
+    assert box is not None
+    all_width, height, left, plot = map(int, box.groups())
+    assert (all_width, left + plot <= width) == (width, True)
+    assert plot >= least * width
+    rows = [float(y) for y in re.findall(r'<text x="20" y="([\d.]+)"', drawn)]
+    assert len(rows) == 23
+    assert max(rows) < height
+
+
+def test_old_changes_are_removed_except_for_the_state_they_left() -> None:
     history = History(kept_us=1_000_000)
     history.add([_change(0, si="00004000"), _change(500_000, si="00004100")], 500_000)
     history.add([_change(1_200_000, si="00000100")], 1_600_000)

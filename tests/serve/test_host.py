@@ -129,7 +129,7 @@ def test_a_mistake_in_the_controller_ends_it_and_is_named(
 
 
 @pytest.mark.parametrize("name", ["mumbling", "listing", "mumbling_later", "listing_later"])
-def test_a_process_that_says_something_else_is_as_one_that_has_ended(use: Use, name: str) -> None:
+def test_a_process_with_unreadable_output_counts_as_ended(use: Use, name: str) -> None:
     use(name, _MUMBLING)
     failure = asyncio.run(_ended(_host()))
     assert failure.startswith("its process says what nobody understands (")

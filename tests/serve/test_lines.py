@@ -22,7 +22,23 @@ def _told(lines: Sequence[str]) -> list[tuple[float, str]]:
     return [(float(head.split()[1]), text) for head, text in parts]
 
 
-def test_each_change_is_told_once_with_its_own_time(served: ServedHost) -> None:
+def _texts(lines: Lines) -> list[str]:
+    """Return the texts of the new lines."""
+    return [text for _, text in _told(lines.new())]
+
+
+def watched(served: ServedHost | None = None, after_ms: int = 0) -> tuple[ServedHost, Lines]:
+    """Return a controller (a new one after some time) and its lines; the first ones were read."""
+    if served is None:
+        served = ServedHost()
+        if after_ms:
+            served.run(after_ms)
+    lines = Lines([served])
+    lines.new()
+    return served, lines
+
+
+def test_each_change_is_shown_once_with_its_own_time(served: ServedHost) -> None:
     """However late one looks; the controller sees a packet in its next cycle of 5 ms."""
     lines = Lines([served])
     assert lines.new() == [
@@ -46,9 +62,7 @@ def test_each_change_is_told_once_with_its_own_time(served: ServedHost) -> None:
 
 def test_five_openings_and_closings_60_ms_apart_are_ten_lines() -> None:
     """One look at the end of them all, and nothing is missing."""
-    served = ServedHost()
-    lines = Lines([served])
-    lines.new()
+    served, lines = watched()
     for _ in range(5):
         served.network.become(OwnerState.WAITING)
         served.run(30)
@@ -63,9 +77,7 @@ def test_five_openings_and_closings_60_ms_apart_are_ten_lines() -> None:
 
 
 def test_changes_within_one_cycle_of_the_controller_have_their_own_times() -> None:
-    served = ServedHost()
-    lines = Lines([served])
-    lines.new()
+    served, lines = watched()
     for at_us, state in ((1_000, "waiting"), (2_000, "run"), (4_000, "closed")):
         served.network.now_us = at_us
         served.network.tell(ConnectionKind.EXCLUSIVE_OWNER, state)
@@ -77,8 +89,7 @@ def test_the_clock_of_the_adapter_is_turned_into_the_controllers_time() -> None:
     """What comes before its first cycle comes at 0, what comes after this one with this one."""
     served = ServedHost()
     served.station.begin_us = 7_000_000
-    lines = Lines([served])
-    lines.new()
+    _, lines = watched(served)
     for at_us in (6_999_000, 7_003_000, 7_009_000):
         served.network.now_us = at_us
         served.network.tell(ConnectionKind.EXCLUSIVE_OWNER, "waiting")
@@ -86,7 +97,7 @@ def test_the_clock_of_the_adapter_is_turned_into_the_controllers_time() -> None:
     assert [at_s for at_s, _ in _told(lines.new())] == [0.0, 0.003, 0.005]
 
 
-def test_a_reader_is_told_by_itself_and_repeats_nothing_of_the_master(served: ServedHost) -> None:
+def test_a_reader_has_its_own_lines_and_repeats_none_of_the_master(served: ServedHost) -> None:
     """One time-out of the master is one line, whoever comes and goes afterwards."""
     served.network.become(OwnerState.TIMED_OUT)
     served.run(5)
@@ -97,7 +108,7 @@ def test_a_reader_is_told_by_itself_and_repeats_nothing_of_the_master(served: Se
             served.network.listeners = readers
             served.network.tell(ConnectionKind.INPUT_ONLY, state, READER)
             served.run(50)
-    texts = [text for _, text in _told(lines.new())]
+    texts = _texts(lines)
     assert (
         texts
         == [
@@ -116,20 +127,15 @@ def test_a_reader_is_told_by_itself_and_repeats_nothing_of_the_master(served: Se
     ],
 )
 def test_the_end_of_a_reader_says_why(state: str, how: str) -> None:
-    served = ServedHost()
-    lines = Lines([served])
-    lines.new()
+    served, lines = watched()
     served.network.listeners = 2
     served.network.tell(ConnectionKind.LISTEN_ONLY, state, READER)
     served.run(5)
-    assert [text for _, text in _told(lines.new())] == [
-        f"{READER} no longer reads along: {how}; 2 readers"
-    ]
+    assert _texts(lines) == [f"{READER} no longer reads along: {how}; 2 readers"]
 
 
 def test_three_commands_between_two_looks_have_three_times(served: ServedHost) -> None:
-    lines = Lines([served])
-    lines.new()
+    _, lines = watched(served)
     for _ in range(3):
         served.network.send(image(0x41, 0x0505))
         served.run(40)
@@ -140,11 +146,9 @@ def test_three_commands_between_two_looks_have_three_times(served: ServedHost) -
     assert [round(later - sooner, 3) for sooner, later in itertools.pairwise(times)] == [0.08, 0.08]
 
 
-def test_a_refused_connection_is_told_once_and_then_counted() -> None:
+def test_a_refused_connection_is_shown_once_and_then_counted() -> None:
     """A master that is refused asks again every second; another one is told at once."""
-    served = ServedHost()
-    lines = Lines([served])
-    lines.new()
+    served, lines = watched()
     said = []
     for second in range(12):
         served.network.refuse("192.168.0.10 asked for 256 bytes: refused")
@@ -160,10 +164,8 @@ def test_a_refused_connection_is_told_once_and_then_counted() -> None:
     ]
 
 
-def test_dropped_packets_are_told_with_the_reason_at_once_and_then_every_five_seconds() -> None:
-    served = ServedHost()
-    lines = Lines([served])
-    lines.new()
+def test_dropped_packets_are_shown_at_once_and_then_every_five_seconds() -> None:
+    served, lines = watched()
     network = served.network
     network.lengths = (300, 54)
     told = []
@@ -186,28 +188,25 @@ def test_dropped_packets_are_told_with_the_reason_at_once_and_then_every_five_se
     ]
 
 
-def test_power_and_cable_are_told(served: ServedHost) -> None:
-    lines = Lines([served])
-    lines.new()
+def test_power_and_cable_are_shown(served: ServedHost) -> None:
+    _, lines = watched(served)
     texts = []
     for event in ("link_down", "link_up", "power_off"):
         served.station.happen(event)
         served.run(5)
-        texts += [text for _, text in _told(lines.new())]
+        texts += _texts(lines)
     cable = ["the network cable is unplugged", "the network cable is plugged in again"]
     assert texts[:3] == [*cable, "the controller is off"]
 
 
 def test_too_many_changes_are_counted() -> None:
     """127 of them fit between two cycles of the controller; 73 are lost."""
-    served = ServedHost()
-    lines = Lines([served])
-    lines.new()
+    served, lines = watched()
     for _ in range(100):
         served.network.become(OwnerState.RUN)
         served.network.become(OwnerState.IDLE)
     served.run(5)
-    texts = [text for _, text in _told(lines.new())]
+    texts = _texts(lines)
     assert "73 changes of connections are not shown: they came too fast" in texts
     assert len(texts) < 40
 
@@ -223,15 +222,14 @@ def test_an_event_is_as_long_as_its_slot_at_most() -> None:
 
 
 def test_plain_lines_tell_commands_at_their_end_and_broken_rules(served: ServedHost) -> None:
-    lines = Lines([served])
-    lines.new()
+    _, lines = watched(served)
     served.network.send(image(0x41, 0x0505))
     served.run(5)
     assert lines.new() == [], "it still runs"
     served.run(50)
     served.network.send(image(0x41, 0x0FFF))
     served.run(10)
-    texts = [line.partition(" s  ")[2] for line in lines.new()]
+    texts = _texts(lines)
     assert texts == [
         "command: ReadPositionPulses (16#R505): Current position reference, pulse units: "
         "normal end",
@@ -241,16 +239,13 @@ def test_plain_lines_tell_commands_at_their_end_and_broken_rules(served: ServedH
 
 
 def test_plain_lines_tell_alarms_that_go_skipped_cycles_and_an_end() -> None:
-    served = ServedHost()
-    served.run(200)
-    lines = Lines([served])
-    lines.new()
+    served, lines = watched(after_ms=200)
     served.network.send(image(0x01))
     served.now_us += 15_000
     served.station.step(served.now_us, skipped=2)
     served.run(5)
     served.ended.set()
-    texts = [line.partition(" s  ")[2] for line in lines.new()]
+    texts = _texts(lines)
     assert texts == [
         "connected: 192.168.0.10, every 10 ms",
         "Module Status green, Network Status green",
@@ -261,13 +256,10 @@ def test_plain_lines_tell_alarms_that_go_skipped_cycles_and_an_end() -> None:
     assert lines.new() == []
 
 
-def test_a_single_skipped_cycle_is_told_as_one() -> None:
-    served = ServedHost()
-    served.run(200)
-    lines = Lines([served])
-    lines.new()
+def test_a_single_skipped_cycle_is_written_in_the_singular() -> None:
+    served, lines = watched(after_ms=200)
     served.now_us += 10_000
     served.station.step(served.now_us, skipped=1)
     served.run(5)
-    texts = [line.partition(" s  ")[2] for line in lines.new()]
+    texts = _texts(lines)
     assert texts == ["1 cycle of 5 ms skipped: this computer was busy"]

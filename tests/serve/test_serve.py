@@ -111,7 +111,7 @@ def test_quiet_says_nothing_and_sigint_still_ends_it() -> None:
 
 
 @pytest.mark.exhaustive
-def test_what_two_controllers_see_is_written_and_can_be_judged(
+def test_the_traces_of_two_controllers_are_written_and_can_be_judged(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     addresses, files = own_addresses(2), [tmp_path / "a.jsonl", tmp_path / "b.jsonl"]
@@ -173,10 +173,7 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
     ]
     assert [
         line.partition(" can be reached from the network: ")[0] for line in warnings(settings)
-    ] == [
-        "warning: 192.168.0.21",
-        "warning: 0.0.0.0",
-    ]
+    ] == ["warning: 192.168.0.21", "warning: 0.0.0.0"]
     # Below the ports that others are given: all addresses of the machine must be free.
     port = 20_000 + 2 * (os.getpid() % 5_000)
     ports = ["--port", str(port), "--io-port", str(port + 1)]
@@ -189,7 +186,7 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
     assert said.count("\n") == 1
 
 
-def test_the_warning_comes_also_where_it_is_told_to_end_at_once(
+def test_the_warning_comes_even_if_ctrl_c_follows_at_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Others could reach it from its first open port on."""
@@ -240,7 +237,7 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--address", "here"], "'here' is no IPv4 address; write it as 127.0.0.1"),
+        (["--address", "here"], "'here' is not an IPv4 address; write it as 127.0.0.1"),
         (
             ["--address", "127.0.0.1", "--address", "127.0.0.1"],
             "each controller needs its own address, not 127.0.0.1 twice; "
@@ -250,15 +247,15 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
             ["--size", "64"],
             "an area of 64 bytes does not exist; use 48, or 256 with SIOW extension valid",
         ),
-        (["--web", "70000"], "--web 70000 is no port; ports are 1 to 65535"),
-        (["--port", "0"], "--port 0 is no port; ports are 1 to 65535"),
-        (["--revision", "1"], "'1' is no revision; write it as 1.1"),
+        (["--web", "70000"], "--web 70000 is not a port; ports are 1 to 65535"),
+        (["--port", "0"], "--port 0 is not a port; ports are 1 to 65535"),
+        (["--revision", "1"], "'1' is not a revision; write it as 1.1"),
         (
             ["--rpi-min", "fast"],
             "--rpi-min: not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s",
         ),
-        (["--rpi-min", "0ms"], "--rpi-min 0ms is no packet interval; it can be 1ms to 3200ms"),
-        (["--rpi-min", "4s"], "--rpi-min 4s is no packet interval; it can be 1ms to 3200ms"),
+        (["--rpi-min", "0ms"], "--rpi-min 0ms is not a packet interval; it can be 1ms to 3200ms"),
+        (["--rpi-min", "4s"], "--rpi-min 4s is not a packet interval; it can be 1ms to 3200ms"),
         (
             ["--first-packet", "9s"],
             "the first packet cannot be waited for 9000 ms; it can be 10s to 610h",
@@ -267,10 +264,7 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
             ["--port", "2222"],
             "--port and --io-port are both 2222; explicit and cyclic messages need two",
         ),
-        (
-            ["--web", "44818"],
-            "--web and --port are both 44818 of 127.0.0.1; give the page another",
-        ),
+        (["--web", "44818"], "--web and --port are both 44818 of 127.0.0.1; give the page another"),
         (
             ["--robot", "a.toml", "--robot", "b.toml"],
             "2 robot files for 1 addresses; give one for all, or one per address in their order",

@@ -62,12 +62,12 @@ def test_after_a_standstill_the_missed_cycles_are_skipped_and_counted() -> None:
     assert reports[-1]["t_us"] == 5000 * (reports[-1]["cycles"] - 1 + 10)
 
 
-def test_a_parent_that_does_not_read_is_told_less_and_holds_nothing_up() -> None:
+def test_a_parent_that_does_not_read_gets_fewer_reports_and_blocks_nothing() -> None:
     reports = [json.loads(line) for line in _run(2_000_000, waiting=3)]
     assert [one["t_us"] for one in reports] == [0, 100_000, 200_000]
 
 
-def test_what_changes_while_the_parent_does_not_read_is_told_later() -> None:
+def test_changes_while_the_parent_does_not_read_are_reported_later() -> None:
     lines: queue.Queue[str] = queue.Queue(1)
     channel = Channel(lines)
     network = NetworkInMemory()

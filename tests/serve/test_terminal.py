@@ -45,7 +45,7 @@ def _text(served: ServedHost, height: int) -> str:
         (OwnerState.CLOSED, "the master has closed the connection"),
     ],
 )
-def test_the_connection_is_told_in_a_sentence(state: OwnerState, text: str) -> None:
+def test_the_connection_is_described_in_a_sentence(state: OwnerState, text: str) -> None:
     served = ServedHost()
     served.network.become(state)
     served.run(5)
@@ -57,7 +57,7 @@ def test_the_connection_is_told_in_a_sentence(state: OwnerState, text: str) -> N
     assert view(0, served)["connection"] == cut
 
 
-def test_a_master_whose_packets_have_a_wrong_length_does_not_send_nothing() -> None:
+def test_packets_of_a_wrong_length_are_not_shown_as_silence() -> None:
     """195 packets of 300 bytes where 54 were agreed, and 3 that came before it had connected."""
     served = ServedHost()
     served.network.drops[Drop.LENGTH] = 3

@@ -12,7 +12,7 @@ _SILENT, _BACK = Watchdog.Finding.SILENT, Watchdog.Finding.BACK
 _STILL = "has not been heard for 2 s; it was stopped, or this computer is too busy"
 
 
-def test_silence_is_told_once_and_its_end_once() -> None:
+def test_silence_is_reported_once_and_its_end_once() -> None:
     """It is heard until 1 s, and again from 5 s on."""
     watchdog = Watchdog()
     found = {}
@@ -29,7 +29,7 @@ def test_a_process_that_has_not_begun_is_not_silent() -> None:
     assert {watchdog.look(0, now_us) for now_us in range(0, 10_000_000, _LOOK_US)} == {None}
 
 
-def test_a_computer_that_was_asleep_accuses_nobody() -> None:
+def test_after_the_computer_slept_no_process_is_reported() -> None:
     """The watcher itself has not looked for an hour: what it watches has a new chance."""
     watchdog = Watchdog()
     watchdog.look(1_000_000, 1_000_000)
@@ -37,7 +37,7 @@ def test_a_computer_that_was_asleep_accuses_nobody() -> None:
     assert watchdog.look(3_600_100_000, 3_600_250_000) is None
 
 
-def test_but_what_stays_silent_after_that_is_told() -> None:
+def test_a_process_that_stays_silent_after_that_is_reported() -> None:
     watchdog = Watchdog()
     watchdog.look(1_000_000, 1_000_000)
     begin_us = 3_600_000_000
@@ -45,7 +45,7 @@ def test_but_what_stays_silent_after_that_is_told() -> None:
     assert found == [None] * 8 + [_SILENT]
 
 
-def test_a_controller_whose_process_is_stopped_is_told_while_it_is_and_when_it_goes_on() -> None:
+def test_a_stopped_process_is_reported_when_it_stops_and_when_it_goes_on() -> None:
     served = ServedHost()
     stalls = Stalls([served])
     said = {}

@@ -62,23 +62,17 @@ def said(text: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("body", "status", "message"),
+    ("body", "message"),
     [
-        (b"[" * 4000, 400, _EXPECTED),
-        (b'{"a":' * 800, 400, _EXPECTED),
-        (_DIGITS[:4096], 400, _EXPECTED),
-        (b'{"event": "alarm", "args": {"group": ' + _DIGITS[:4000] + b"}}", 400, ""),
-        (b"\xff\xfe", 400, _EXPECTED),
-        (b'"\\ud800"', 400, _EXPECTED),
-        (b"NaN", 400, _EXPECTED),
-        (_DIGITS, 400, "the request is longer than 4096 bytes"),
+        *((b"[" * 4000, _EXPECTED), (b'{"a":' * 800, _EXPECTED), (_DIGITS[:4096], _EXPECTED)),
+        (b'{"event": "alarm", "args": {"group": ' + _DIGITS[:4000] + b"}}", ""),
+        *((b"\xff\xfe", _EXPECTED), (b'"\\ud800"', _EXPECTED), (b"NaN", _EXPECTED)),
+        (_DIGITS, "the request is longer than 4096 bytes"),
     ],
 )
-def test_a_body_that_is_no_event_is_refused_in_one_message(
-    body: bytes, status: int, message: str
-) -> None:
+def test_a_body_that_is_no_event_is_refused_in_one_message(body: bytes, message: str) -> None:
     ((answered, text),) = ask((b"POST", _EVENTS, (), body))
-    assert answered == status
+    assert answered == 400
     assert said(text).startswith(message)
     assert said(text)
 
@@ -96,7 +90,7 @@ def test_a_body_that_is_no_event_is_refused_in_one_message(
         ("Content-Encoding: foo", "a packed request is not taken"),
     ],
 )
-def test_what_is_written_in_another_way_is_refused(header: str, message: str) -> None:
+def test_another_encoding_is_refused(header: str, message: str) -> None:
     ((status, text),) = ask((b"POST", _EVENTS, (header.encode(),), _STOP))
     assert status == 400
     assert said(text).startswith(message)

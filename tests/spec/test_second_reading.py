@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
-from typing import Any
 
 import pytest
 
@@ -173,67 +172,6 @@ def test_answers_have_the_values_that_the_commands_section_lists(reading: Readin
                 theirs = fields[part].problem(command.read_response(words))
                 wrong += _difference(part, value, entry.problem(words), theirs)
     _agree(reading, wrong)
-
-
-@pytest.mark.parametrize(
-    ("name", "change", "told"),
-    [
-        (
-            "speed",
-            {"ranges": {1: (1, 10000), 2: (1, 101)}},
-            r"0xR001 .*\n  n\+6 u16 \(speed\) = 101: not legal",
-        ),
-        (
-            "point",
-            {"range": (0, 30000)},
-            r"0xR001 .*\n  n\+8 u16 \(point\) = 30000: not legal",
-        ),
-        (
-            "axes",
-            {"bits": (0, 6)},
-            r"0xR001 .*\n  n\+4.6 \(axes\) = 1: not legal by the section, but",
-        ),
-        (
-            "speed_mode",
-            {"values": {}},
-            r"0xR001 .*\n  n\+2.1-2 \(speed_mode\) = 3: not legal",
-        ),
-    ],
-)
-def test_a_wrong_field_is_found_and_named(
-    monkeypatch: pytest.MonkeyPatch, name: str, change: dict[str, Any], told: str
-) -> None:
-    """The comparison fails where the spec is wrong, with code, offset and bits."""
-    right = spec.commands()[0x001]
-    fields = tuple(replace(f, **change) if f.name == name else f for f in right.request)
-    wrong = {0x001: replace(right, request=fields)}
-    monkeypatch.setattr(spec, "commands", lambda: wrong)
-    judge = (
-        test_each_bit_alone_is_legal_where_the_commands_section_says_so
-        if "bits" in change
-        else test_requests_are_legal_where_the_commands_section_says_so
-    )
-    with pytest.raises(pytest.fail.Exception, match=told):
-        judge(READINGS[0x001])
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "n+6 u16 | speed",
-        "n+7 u16 | speed | any",
-        "n+0 u16 | code | any",
-        "n+30 s32 | position | any",
-        "n+2.3-1 | flags | any",
-        "n+2.16 | flag | 0, 1",
-        "n+6 u16 | speed | 1-100",
-        "n+6 u16 | speed | where n+2.1: 1..100",
-    ],
-)
-def test_a_row_outside_the_grammar_is_refused(text: str) -> None:
-    """A row that is read wrongly would be worse than none."""
-    with pytest.raises(ValueError, match="not a"):
-        second_reading.row(text)
 
 
 def _command(reading: Reading) -> spec.Command:

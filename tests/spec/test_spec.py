@@ -26,10 +26,7 @@ def test_dedicated_bits_are_those_of_the_profile() -> None:
 
 
 def test_a_signals_number_says_its_byte_and_bit() -> None:
-    """SO(02) is bit 2 of m+32, SI(17) bit 7 of n+33.
-
-    Source: manual chapter 5, 1
-    """
+    """SO(02) is bit 2 of m+32, SI(17) bit 7 of n+33. Source: manual chapter 5, 1."""
     table = spec.signals()
     for signal in table.output + table.input:
         letters, port, bit = re.fullmatch(r"(S[OI])\((\d)(\d)\)", signal.signal).groups()  # type: ignore[union-attr]
@@ -95,10 +92,7 @@ def test_command_codes(name: str, shown: str, section: str) -> None:
 
 
 def test_commands_under_the_authority_of_the_programming_box() -> None:
-    """Of the commands in the table so far.
-
-    Source: remote command guide chapter 3, restrictions
-    """
+    """Of the commands in the table so far. Source: remote command guide chapter 3, restrictions."""
     allowed = {code for code, entry in spec.commands().items() if entry.pendant}
     listed = {0x000, 0x101, 0x105, 0x109, 0x10D, 0x111, 0x214, 0x224, 0x304, 0x501, 0x502, 0x503}
     listed |= {0x505, 0x506, 0x507, 0x508, 0x509, 0x50A, 0x50B, 0x50C, 0x50F, 0x510, 0x511, 0x512}
@@ -133,10 +127,7 @@ def test_every_range_is_one_of_values_that_the_type_can_have() -> None:
 
 
 def test_encode_gives_the_printed_telegram() -> None:
-    """Move to point 19 at 50 %.
-
-    Source: remote command guide chapter 2, example
-    """
+    """Move to point 19 at 50 %. Source: remote command guide chapter 2, example."""
     words = spec.command("MovePtp").encode({"speed_mode": 2, "speed": 50, "point": 19}, robot=3)
     assert words == (0x3001, 0x0004, 0, 0x0032, 0x0013) + (0,) * 11
 

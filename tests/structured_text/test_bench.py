@@ -48,7 +48,7 @@ def test_a_program_without_areas_runs_in_virtual_time(lamp: Path) -> None:
         assert bench["Main.Count"] == 4
 
 
-def test_what_does_not_come_in_time_is_a_failed_assertion(lamp: Path) -> None:
+def test_a_condition_that_comes_too_late_fails_the_test(lamp: Path) -> None:
     with (
         Bench.build(lamp, engine="builtin", watch="Main.Count") as bench,
         pytest.raises(BenchTimeout, match=r"not within 1000 ms .*; Main\.Count = 0"),
@@ -86,33 +86,23 @@ def test_a_stimulus_sets_inputs_for_a_time_and_stops_the_plc(lamp: Path, tmp_pat
         ('{ time = "1s", plc = "halt" }', r":2: unknown event 'halt'"),
         (
             '{ time = "1s", plc = { event = "run", start = "hot" } }',
-            r":2: start = 'hot' is no start",
+            r":2: start = 'hot' is not a start",
         ),
         (
             '{ time = "1s", plc = { event = "overrun", by = "1s", x = 1 } }',
             r"write plc = \{ event = ",
         ),
-        (
-            '{ time = "1s", set = { "Main.Gone" = 1 } }',
-            r":2: .*has no member Gone",
-        ),
+        ('{ time = "1s", set = { "Main.Gone" = 1 } }', r":2: .*has no member Gone"),
         ('{ time = "1s", for = "1s" }', r":2: 'for' goes with set or plc"),
     ],
 )
-def test_a_wrong_entry_of_a_stimulus_is_told_with_its_line(
-    lamp: Path, tmp_path: Path, text: str, message: str
-) -> None:
+def test_a_wrong_stimulus_has_its_line(lamp: Path, tmp_path: Path, text: str, message: str) -> None:
     file = _stimulus(tmp_path, f"at = [\n  {text},\n]\n")
-    with (
-        Bench.build(lamp, engine="builtin") as bench,
-        pytest.raises(InputError, match=message),
-    ):
+    with Bench.build(lamp, engine="builtin") as bench, pytest.raises(InputError, match=message):
         Stimulus.load(file).schedule(bench)
 
 
-def test_the_trace_shows_the_watched_variables_and_is_the_same_in_each_run(
-    lamp: Path, tmp_path: Path
-) -> None:
+def test_each_run_gives_the_same_trace(lamp: Path, tmp_path: Path) -> None:
     """Source: docs/reference/trace.md."""
     files = [tmp_path / name for name in ("first.jsonl", "second.jsonl")]
     for file in files:

@@ -37,6 +37,11 @@ def test_a_duration_is_whole_microseconds(given: str | int | timedelta, expected
     [
         ("", "not a duration: ''; write it as 10ms, 1.5s or 1m30s"),
         ("5", "not a duration: '5'; write it"),
+        ("\u0661s", "not a duration: '\u0661s'; write it"),
+        ("nan", "not a duration: 'nan'; write it"),
+        ("1e9s", "not a duration: '1e9s'; write it"),
+        ("-1s", "not a duration: '-1s'; write it"),
+        ("9" * 5_000 + "s", f"not a duration: {'9' * 40}...; it can be 0s to 365d"),
         ("1s2", "not a duration: '1s2'; write it"),
         ("s" * 50, f"not a duration: '{'s' * 40}...'; write it"),
         ("9" * 21 + "s", f"not a duration: {'9' * 21}s...; it can be 0s to 365d"),

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping
-from pathlib import Path
 
-from plc_bench import LIBRARY
-from structured_text.engines import build
+from plc_bench import compiled
 from structured_text.engines.base import Value
-from structured_text.projects.needed import needed
-
-__all__ = ["Alone"]
 
 
 class Alone:
@@ -37,14 +31,11 @@ class Alone:
             reads = block.startswith(("FB_ReadArea", "FB_RcxTakeHead"))
             counted = "" if reads else "  Robot.Inner.Scan := Robot.Inner.Scan + UINT#1;\n"
             counted += f"  Robot.Inner.InScan := {str(not reads).upper()};\n"
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "Alone.st"
-            file.write_text(
-                f"PROGRAM Alone\n  VAR\n{declared}    Block : {block};\n  END_VAR\n"
-                f"{counted}  Block({given});\nEND_PROGRAM\n",
-                encoding="utf-8",
-            )
-            self._program = build([file, *needed([file], LIBRARY)], engine).program
+        self._program = compiled(
+            f"PROGRAM Alone\n  VAR\n{declared}    Block : {block};\n  END_VAR\n"
+            f"{counted}  Block({given});\nEND_PROGRAM\n",
+            engine,
+        )
         self._start = self._program.snapshot()
 
     def __getitem__(self, path: str) -> Value:

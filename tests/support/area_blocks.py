@@ -7,8 +7,6 @@ from typing import Any
 
 from alone import Alone
 
-__all__ = ["AxisArea", "WorkArea"]
-
 
 @cache
 def _block(name: str, engine: str) -> Alone:

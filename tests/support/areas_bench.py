@@ -7,8 +7,6 @@ from pathlib import Path
 from plc_bench import ROOT, PlcBench
 from structured_text.engines.base import Value
 
-__all__ = ["AreasBench"]
-
 _PROGRAM: Path = ROOT / "tests/data/library/Areas.st"
 _READERS = ("ReadBit", "ReadPort", "ReadWord", "ReadDoubleWord")
 _WRITERS = ("WriteBit", "WritePort", "WriteWord", "WriteDoubleWord")

@@ -12,8 +12,6 @@ from rcx_harness.spec.telegram import WORDS, Field, FieldValue, intervals
 from rcx_tools.library.tables import Block, Output
 from structured_text.engines.base import Value
 
-__all__ = ["answered", "blank", "in_words", "same", "shown"]
-
 _BLANK: dict[str, Value] = {"BOOL": False, "REAL": 0.0, "STRING": ""}
 _LETTERS = " ABCxyz019_~!"
 

@@ -18,8 +18,6 @@ from rcx_harness.spec.telegram import Field, FieldValue, intervals
 from rcx_tools.library.tables import Block, Input, Member, library
 from structured_text.engines.base import Value
 
-__all__ = ["ARRAYS", "Pins", "Reading", "members", "pattern", "single"]
-
 Pins = dict[str, Value]
 Fields = dict[str, FieldValue]
 Pair = tuple[int, int]

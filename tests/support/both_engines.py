@@ -6,8 +6,6 @@ import pytest
 
 from structured_text.engines.load import why_not
 
-__all__ = ["COMPILED", "ENGINES", "needs"]
-
 
 def needs(engine: str) -> pytest.MarkDecorator:
     """Skips a test where an engine is not installed."""

@@ -23,8 +23,6 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["BridgeBench"]
-
 _SCAN_US = 20_000
 _RPI_US = 2_000
 _PAUSE_S = 0.001

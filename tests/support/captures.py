@@ -13,26 +13,6 @@ from pathlib import Path
 from enip_frames import send_rr
 from forward_open_bytes import forward_close, forward_open, opened, refused
 
-__all__ = [
-    "CONTROLLER",
-    "COOKED",
-    "COOKED_2",
-    "ETHERNET",
-    "LOOP",
-    "NULL",
-    "PLC",
-    "RAW",
-    "Story",
-    "area",
-    "cyclic",
-    "framed",
-    "ip",
-    "pcap",
-    "pcapng",
-    "tcp",
-    "udp",
-]
-
 PLC, CONTROLLER = "192.168.0.1", "192.168.0.10"
 ETHERNET, COOKED, COOKED_2, RAW, NULL, LOOP = 1, 113, 276, 101, 0, 108
 TCP, UDP = 6, 17

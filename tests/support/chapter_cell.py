@@ -11,8 +11,6 @@ from rcx_harness.robot import Controller, RobotConfig, RobotProgram
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from structured_text.engines.base import Program, Value
 
-__all__ = ["ChapterCell", "steps_once"]
-
 
 def steps_once(*steps: str) -> dict[str, Any]:
     """Return the properties of a robot whose program does these steps once."""
@@ -69,26 +67,41 @@ class ChapterCell:
         assert isinstance(error, int)
         return error
 
-    def settle(self) -> None:
+    def return_to_origin(self, axes: str) -> int:
+        """Return these axes to their origin; the ErrorID of the block."""
+        self["Axes"], self["ReturnToOrigin.Timeout"] = axes, "T#2s"
+        return self.execute("ReturnToOrigin")
+
+    def settle(self) -> ChapterCell:
         """Power on: SI(00) and SI(06) ON and answered."""
         self.cell.run_until(lambda: self["Robot.Settled"] is True, within="2s")
         self.run("200ms")
+        return self
 
-    def servo_on(self) -> None:
+    def servo_on(self) -> ChapterCell:
         """Power on and the servos on."""
         self.settle()
         assert self.execute("ServoOn") == 0
+        return self
 
-    def program(self) -> None:
+    def program(self) -> ChapterCell:
         """Power on, the servos on, and the program running."""
         self.servo_on()
         assert self.execute("ProgramReset") == 0
         assert self.execute("AutoStart") == 0
+        return self
 
     def from_now(self) -> int:
         """Let what is under way come to rest; the time from which `steps` is to look."""
         self.run("500ms")
         return self.cell.now_us
+
+    def steps_of(self, block: str) -> list[str]:
+        """Let a block end without an error; what changed from its start until all is at rest."""
+        since = self.from_now()
+        assert self.execute(block) == 0
+        self.from_now()
+        return self.steps(since)
 
     def alarms(self) -> list[str]:
         """Active alarms."""

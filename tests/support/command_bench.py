@@ -11,8 +11,6 @@ from plc_bench import PlcBench
 from rcx_tools.library.tables import Block, library
 from structured_text.engines.base import Value
 
-__all__ = ["BLOCKS", "CommandBench", "bench_of"]
-
 #: The generated blocks by name, in the order of the table.
 BLOCKS: Mapping[str, Block] = {
     name: block for name, block in library().blocks.items() if not block.handwritten

@@ -10,8 +10,6 @@ from dataclasses import dataclass, field
 
 from head_rules import Channel
 
-__all__ = ["CommandRule", "RobotView"]
-
 _TICKETS = 1 << 16
 
 

@@ -33,8 +33,6 @@ from structured_text.engines import build
 from structured_text.engines.base import Program
 from structured_text.projects.needed import needed
 
-__all__ = ["BLOCKS", "ContractBench", "cases"]
-
 #: From the end of the last wait to the end of a block, the pace of the inputs included [scans].
 _SLACK = 30
 #: Longest until everything is withdrawn and free, once nothing is wanted any more [scans].
@@ -61,10 +59,7 @@ _STARTS: dict[str, Start] = {
     "FB_ServoOn": Start(),
 }
 #: Sequences that begin while a block holds SI(00) or SI(06) OFF.
-_HELD = {
-    "FB_ServoOnFromEmergencyStop": "HoldEmergency",
-    "FB_ProgramContinue": "HoldStop",
-}
+_HELD = {"FB_ServoOnFromEmergencyStop": "HoldEmergency", "FB_ProgramContinue": "HoldStop"}
 #: Commands of blocks that are built on those of others; here each of them sends one.
 _CODES = {
     "FB_MoveTable": {0x0001},
@@ -163,12 +158,7 @@ class ContractBench:
             so = self.player.step(self._si, True)
             self._step(so)
             self._monitor.scan(0, 0)
-        self._start = (
-            self.program.snapshot(),
-            self._now_us,
-            self._si,
-            self._monitor.snapshot(),
-        )
+        self._start = (self.program.snapshot(), self._now_us, self._si, self._monitor.snapshot())
 
     def _put(self, path: str, value: Any) -> None:
         here = path.rpartition(".")[2] in library().pins[self.block]

@@ -11,18 +11,6 @@ from contract_player import FATES, SIGNAL_FATES, Fate
 if TYPE_CHECKING:
     from contract_bench import ContractBench
 
-__all__ = [
-    "HELD",
-    "NONE",
-    "Case",
-    "Event",
-    "Pattern",
-    "command_cases",
-    "composite_cases",
-    "level_cases",
-    "one_of_each_kind",
-    "sequence_cases",
-]
 
 #: Scan, and the scan in which the block ended (-1: not yet), to Execute.
 Shape = Callable[[int, int], bool]

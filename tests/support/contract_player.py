@@ -6,8 +6,6 @@ from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-__all__ = ["FATES", "SIGNAL_FATES", "TOO_LATE", "Fate", "Player", "Start", "bit"]
-
 #: Longer than the Timeout of the blocks, shorter than twice of it [scans].
 TOO_LATE = 14
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-__all__ = ["CODES", "SCAN_US", "SPACING_US", "TIMEOUT_SCANS", "Pins", "Rules", "Subject"]
-
 SCAN_US = 40_000
 #: Between two changes of dedicated inputs as written: 100 ms + the margin.
 SPACING_US = 120_000

@@ -13,8 +13,6 @@ from rcx_harness.cli.debug import launched
 from structured_text.debug.protocol import Client
 from structured_text.debug.session import Session
 
-__all__ = ["Editor", "RefusedError"]
-
 #: Nothing takes as long; a test that would hang fails [s].
 _LONGEST = 60
 

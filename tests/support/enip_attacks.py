@@ -6,13 +6,11 @@ import socket
 import struct
 from collections import Counter
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from random import Random
 
 from enip_frames import HEADER, READ_ONLY, frame, mutate, valid_frames
-
-__all__ = ["ATTACKER", "Attacker", "Report", "Target"]
 
 #: The address attacks come from; the peers that behave have others.
 ATTACKER = "127.0.0.3"
@@ -68,6 +66,10 @@ class Report:
         )
 
 
+class _NotTakenError(Exception):
+    """The adapter takes no more connections from this peer."""
+
+
 class Attacker:
     """One peer with every kind of bad manners."""
 
@@ -79,16 +81,9 @@ class Attacker:
         self._udp.bind((ATTACKER, 0))
         self.last = b""
         self._kinds: list[tuple[int, Callable[[], None]]] = [
-            (50, self._mutated),
-            (8, self._pieces),
-            (6, self._abandoned),
-            (4, self._oversized),
-            (6, self._never_closed),
-            (3, self._flood),
-            (8, self._slowly),
-            (5, self._never_reading),
-            (8, self._udp_explicit),
-            (12, self._udp_cyclic),
+            *((50, self._mutated), (8, self._pieces), (6, self._abandoned), (4, self._oversized)),
+            *((6, self._never_closed), (3, self._flood), (8, self._slowly)),
+            *((5, self._never_reading), (8, self._udp_explicit), (12, self._udp_cyclic)),
         ]
 
     def attack(self) -> None:
@@ -96,15 +91,16 @@ class Attacker:
         weights = [weight for weight, _ in self._kinds]
         kind = self._draw.choices([one for _, one in self._kinds], weights)[0]
         self._report.attacks[kind.__name__.lstrip("_").replace("_", " ")] += 1
-        kind()
+        with suppress(_NotTakenError):
+            kind()
 
     def close(self) -> None:
         """Let go of all connections."""
         for one in (*self._held, *(one for one, _ in self._slow), self._udp):
             one.close()
 
-    def _connect(self, receive_buffer: int = 0) -> socket.socket | None:
-        """A connection; None where the adapter takes no more from this peer."""
+    def _connect(self, receive_buffer: int = 0) -> socket.socket:
+        """Return a connection, unless the adapter takes no more from this peer."""
         made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             made.settimeout(_PATIENCE_S)
@@ -116,7 +112,7 @@ class Attacker:
         except ConnectionError:
             made.close()
             self._report.refused += 1
-            return None
+            raise _NotTakenError from None
         except BaseException:
             made.close()
             raise
@@ -133,10 +129,7 @@ class Attacker:
 
     def _mutated(self) -> None:
         """Damaged frames in a session; whatever comes back must be whole frames."""
-        peer = self._connect()
-        if peer is None:
-            return
-        with peer:
+        with self._connect() as peer:
             session = self._register(peer)
             frames = valid_frames(self._draw, session)
             chosen = self._draw.choices(frames, k=self._draw.randrange(1, 6))
@@ -145,10 +138,7 @@ class Attacker:
 
     def _pieces(self) -> None:
         """Frames of nothing but noise, or good ones cut at any place."""
-        peer = self._connect()
-        if peer is None:
-            return
-        with peer:
+        with self._connect() as peer:
             session = self._register(peer)
             data = b"".join(self._draw.choices(valid_frames(self._draw, session), k=4))
             if self._draw.random() < 0.3:
@@ -161,20 +151,14 @@ class Attacker:
 
     def _abandoned(self) -> None:
         """A frame that is not whole, and a connection that is reset."""
-        peer = self._connect()
-        if peer is None:
-            return
-        with peer:
+        with self._connect() as peer:
             peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             whole = self._draw.choice(valid_frames(self._draw, 1))
             self._send_all(peer, whole[: self._draw.randrange(len(whole) + 1)])
 
     def _oversized(self) -> None:
         """A frame as long as the header can say, or one that says so and stops."""
-        peer = self._connect()
-        if peer is None:
-            return
-        with peer:
+        with self._connect() as peer:
             session = self._register(peer)
             command = self._draw.choice((0x00, 0x04, 0x63, 0x65, 0x6F, 0x70, 0xFFFF))
             whole = frame(command, self._draw.randbytes(0xFFFF), session)
@@ -184,8 +168,6 @@ class Attacker:
     def _never_closed(self) -> None:
         """A connection that is kept, with or without a session."""
         peer = self._connect()
-        if peer is None:
-            return
         if self._draw.random() < 0.7:
             self._register(peer)
         self._held.append(peer)
@@ -194,15 +176,17 @@ class Attacker:
 
     def _flood(self) -> None:
         """Many connections at once."""
-        peers = [self._connect() for _ in range(30)]
-        for peer in peers:
-            if peer is not None:
-                peer.close()
+        with ExitStack() as peers:
+            for _ in range(30):
+                with suppress(_NotTakenError):
+                    peers.enter_context(self._connect())
 
     def _slowly(self) -> None:
         """A frame sent byte by byte, between other attacks."""
-        if len(self._slow) < 8 and (peer := self._connect()) is not None:
-            self._slow.append((peer, self._draw.choice(valid_frames(self._draw, 1))))
+        if len(self._slow) < 8:
+            with suppress(_NotTakenError):
+                peer = self._connect()
+                self._slow.append((peer, self._draw.choice(valid_frames(self._draw, 1))))
         rest = []
         for peer, data in self._slow:
             self._send_all(peer, data[:3])
@@ -214,10 +198,7 @@ class Attacker:
 
     def _never_reading(self) -> None:
         """Requests without end from a peer that takes no answer."""
-        peer = self._connect(receive_buffer=4096)
-        if peer is None:
-            return
-        with peer:
+        with self._connect(receive_buffer=4096) as peer:
             peer.setblocking(False)
             data = self._draw.choice(READ_ONLY) * 100
             self.last = data[:24]

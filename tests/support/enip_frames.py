@@ -8,8 +8,6 @@ from __future__ import annotations
 import struct
 from random import Random
 
-__all__ = ["HEADER", "READ_ONLY", "forward_open", "frame", "mutate", "send_rr", "valid_frames"]
-
 HEADER = struct.Struct("<HHII8sI")
 _NOP, _LIST_SERVICES, _LIST_IDENTITY, _LIST_INTERFACES = 0x00, 0x04, 0x63, 0x64
 _REGISTER, _UNREGISTER, _SEND_RR, _SEND_UNIT = 0x65, 0x66, 0x6F, 0x70

@@ -32,8 +32,6 @@ from rcx_harness.enip.originator.scanner import Scanner
 from structured_text.errors import InputError
 from structured_text.output.units import parse_us
 
-__all__ = ["Bench", "FuzzFailure", "Report", "bench", "fuzz"]
-
 #: The master of the robot; packets of its connection must come from there.
 MASTER = "127.0.0.2"
 TO_MASTER = bytes(range(48, 96))

@@ -10,123 +10,63 @@ from typing import Any
 
 from structured_text.engines.base import Value
 
-__all__ = ["EXAMPLE_BLOCKS", "answer_pins", "given_pins"]
-
 Pins = dict[str, Value]
 Meaning = Mapping[str, Callable[[Any], Pins]]
 
-#: The block of each example, and what its heading says that `given` does not.
-EXAMPLE_BLOCKS: dict[int, tuple[str, Pins]] = {
+#: The block of each example, from the number of the first of a line on.
+_NAMES = {
     # 4.2.1, 4.2.2
-    1: ("FB_MovePtp", {}),
-    2: ("FB_MoveArch", {}),
-    3: ("FB_MoveLinear", {}),
-    4: ("FB_MoveCircular", {}),
-    5: ("FB_MoveDirectMm", {}),
-    6: ("FB_MoveDirectPulses", {}),
-    7: ("FB_MoveIPtp", {}),
-    8: ("FB_MoveILinear", {}),
-    9: ("FB_MoveIDirectMm", {}),
-    10: ("FB_MoveIDirectPulses", {}),
+    1: "MovePtp MoveArch MoveLinear MoveCircular MoveDirectMm MoveDirectPulses MoveIPtp",
+    8: "MoveILinear MoveIDirectMm MoveIDirectPulses",
     # 4.2.3, 4.2.4
-    11: ("FB_DrivePoint", {}),
-    12: ("FB_DriveDirectMm", {}),
-    13: ("FB_DriveDirectPulses", {}),
-    14: ("FB_DriveIPoint", {}),
-    15: ("FB_DriveIDirectMm", {}),
-    16: ("FB_DriveIDirectPulses", {}),
+    11: "DrivePoint DriveDirectMm DriveDirectPulses DriveIPoint DriveIDirectMm DriveIDirectPulses",
     # 4.2.5 to 4.2.11
-    17: ("FB_PalletMovePtp", {}),
-    18: ("FB_PalletMoveArch", {}),
-    19: ("FB_Jog", {"Frame": "JOG_PULSES"}),
-    20: ("FB_Jog", {"Frame": "JOG_CARTESIAN"}),
-    21: ("FB_Jog", {"Frame": "JOG_TOOL"}),
-    22: ("FB_Inching", {"Frame": "JOG_PULSES"}),
-    23: ("FB_Inching", {"Frame": "JOG_CARTESIAN"}),
-    24: ("FB_Inching", {"Frame": "JOG_TOOL"}),
-    25: ("FB_SetInchingAmount", {}),
-    26: ("FB_TeachPoint", {}),
-    27: ("FB_AbsoluteResetMovement", {}),
-    28: ("FB_AbsoluteReset", {}),
+    17: "PalletMovePtp PalletMoveArch Jog Jog Jog Inching Inching Inching SetInchingAmount",
+    26: "TeachPoint AbsoluteResetMovement AbsoluteReset",
     # 4.2.12 to 4.2.20
-    29: ("FB_ReturnToOriginRobot", {}),
-    30: ("FB_ReturnToOriginAxis", {}),
-    31: ("FB_Servo", {}),
-    32: ("FB_ChangeSpeed", {"Setting": "SETTING_MANUAL"}),
-    33: ("FB_ChangeSpeed", {"Setting": "SETTING_AUTOMATIC"}),
-    34: ("FB_ChangeSpeed", {"Setting": "SETTING_PROGRAM"}),
-    35: ("FB_ChangeShift", {}),
-    36: ("FB_ChangeHand", {}),
-    37: ("FB_ChangeArm", {}),
-    38: ("FB_MotorPower", {}),
+    29: "ReturnToOriginRobot ReturnToOriginAxis Servo ChangeSpeed ChangeSpeed ChangeSpeed",
+    35: "ChangeShift ChangeHand ChangeArm MotorPower",
     # 4.2.21 to 4.2.23
-    39: ("FB_MoveTPtp", {}),
-    40: ("FB_MoveTLinear", {}),
-    41: ("FB_SetMaxTorque", {}),
-    42: ("FB_PushPoint", {}),
-    43: ("FB_PushDirectMm", {}),
-    44: ("FB_PushDirectPulses", {}),
+    39: "MoveTPtp MoveTLinear SetMaxTorque PushPoint PushDirectMm PushDirectPulses",
     # 4.3
-    45: ("FB_WritePoint", {}),
-    46: ("FB_ReadPoint", {}),
-    47: ("FB_WritePointComment", {}),
-    48: ("FB_ReadPointComment", {}),
-    49: ("FB_WritePallet", {}),
-    50: ("FB_ReadPallet", {}),
-    51: ("FB_WriteShift", {}),
-    52: ("FB_ReadShift", {}),
-    53: ("FB_WriteHand", {}),
-    54: ("FB_ReadHand", {}),
+    45: "WritePoint ReadPoint WritePointComment ReadPointComment WritePallet ReadPallet WriteShift",
+    52: "ReadShift WriteHand ReadHand",
     # 4.4
-    55: ("FB_AssignValue", {"Operation": "ARITHMETIC_ASSIGN"}),
-    56: ("FB_AssignVariable", {"Operation": "ARITHMETIC_ASSIGN"}),
-    57: ("FB_AssignValue", {}),
-    58: ("FB_AssignVariable", {}),
-    59: ("FB_ReadVariable", {}),
-    60: ("FB_WriteParameter", {}),
-    61: ("FB_ReadParameter", {}),
-    62: ("FB_AssignPoint", {"Operation": "POINT_ASSIGN"}),
-    63: ("FB_AssignPoint", {}),
-    64: ("FB_AssignPalletPoint", {}),
-    65: ("FB_AssignPointElementMm", {}),
-    66: ("FB_AssignShiftElement", {}),
+    55: "AssignValue AssignVariable AssignValue AssignVariable ReadVariable WriteParameter",
+    61: "ReadParameter AssignPoint AssignPoint AssignPalletPoint AssignPointElementMm",
+    66: "AssignShiftElement",
     # 4.5, 4.6
-    67: ("FB_WriteIoPort", {}),
-    68: ("FB_WriteIoPortBit", {}),
-    69: ("FB_ReadIoPort", {}),
-    70: ("FB_ReadIoPort", {}),
-    71: ("FB_RegisterProgram", {}),
-    72: ("FB_ExecuteProgram", {}),
-    73: ("FB_ResetSelectedProgram", {}),
-    74: ("FB_ReadProgramInfo", {}),
+    67: "WriteIoPort WriteIoPortBit ReadIoPort ReadIoPort RegisterProgram ExecuteProgram",
+    73: "ResetSelectedProgram ReadProgramInfo",
     # 4.7
-    75: ("FB_ReadVersions", {}),
-    76: ("FB_ReadSystemConfiguration", {}),
-    77: ("FB_ReadServoStatus", {}),
-    78: ("FB_ReadPositionPulses", {}),
-    79: ("FB_ReadPositionMm", {}),
-    80: ("FB_ReadTaskStatus", {}),
-    81: ("FB_ReadTaskLines", {}),
-    82: ("FB_ReadMessage", {}),
-    83: ("FB_ReadSpeeds", {}),
-    84: ("FB_ReadArmDesignation", {}),
-    85: ("FB_ReadArmStatus", {}),
-    86: ("FB_ReadOriginStatus", {"MotorType": "MOTOR_TYPE_ALL"}),
-    87: ("FB_ReadTorqueOfMax", {}),
-    88: ("FB_ReadDate", {}),
-    89: ("FB_ReadTime", {}),
-    90: ("FB_ReadOptionSlots", {}),
-    91: ("FB_ReadInchingAmount", {}),
-    92: ("FB_ReadLatestAlarm", {}),
-    93: ("FB_ReadTorqueOfRated", {}),
+    75: "ReadVersions ReadSystemConfiguration ReadServoStatus ReadPositionPulses ReadPositionMm",
+    80: "ReadTaskStatus ReadTaskLines ReadMessage ReadSpeeds ReadArmDesignation ReadArmStatus",
+    86: "ReadOriginStatus ReadTorqueOfMax ReadDate ReadTime ReadOptionSlots ReadInchingAmount",
+    92: "ReadLatestAlarm ReadTorqueOfRated",
     # 4.8, 4.9
-    94: ("FB_SetDate", {}),
-    95: ("FB_SetTime", {}),
-    96: ("FB_RemoteAlarmReset", {}),
-    97: ("FB_ResetSystemData", {}),
-    98: ("FB_DefineRealTimeOutput", {}),
-    99: ("FB_ReadRealTimeOutput", {}),
-    100: ("FB_EnableRealTimeOutput", {}),
+    94: "SetDate SetTime RemoteAlarmReset ResetSystemData DefineRealTimeOutput ReadRealTimeOutput",
+    100: "EnableRealTimeOutput",
+}
+#: What an example's heading says that `given` does not.
+_SAYS: dict[int, Pins] = {
+    19: {"Frame": "JOG_PULSES"},
+    20: {"Frame": "JOG_CARTESIAN"},
+    21: {"Frame": "JOG_TOOL"},
+    22: {"Frame": "JOG_PULSES"},
+    23: {"Frame": "JOG_CARTESIAN"},
+    24: {"Frame": "JOG_TOOL"},
+    32: {"Setting": "SETTING_MANUAL"},
+    33: {"Setting": "SETTING_AUTOMATIC"},
+    34: {"Setting": "SETTING_PROGRAM"},
+    55: {"Operation": "ARITHMETIC_ASSIGN"},
+    56: {"Operation": "ARITHMETIC_ASSIGN"},
+    62: {"Operation": "POINT_ASSIGN"},
+    86: {"MotorType": "MOTOR_TYPE_ALL"},
+}
+EXAMPLE_BLOCKS: dict[int, tuple[str, Pins]] = {
+    number: (f"FB_{name}", _SAYS.get(number, {}))
+    for first, names in _NAMES.items()
+    for number, name in enumerate(names.split(), first)
 }
 
 
@@ -135,6 +75,11 @@ def _to(*pins: str) -> Callable[[Any], Pins]:
     if len(pins) > 1:
         return lambda values: dict(zip(pins, values, strict=True))
     return lambda value: {pins[0]: value}
+
+
+def _each(pairs: str) -> Meaning:
+    """`key=Pin`: the value of the key stands at that pin."""
+    return {key: _to(pin) for key, pin in (pair.split("=") for pair in pairs.split())}
 
 
 def _one_of(pin: str, **names: str) -> Callable[[Any], Pins]:
@@ -155,75 +100,44 @@ def _port(kind: str, number: str) -> Callable[[Any], Pins]:
 
 
 _GIVEN: Meaning = {
-    "robot": _to("RobotNumber"),
+    **_each(
+        """
+        robot=RobotNumber axis=Axis acceleration_percent=Acceleration
+        deceleration_percent=Deceleration point=Point point1=Point1 point2=Point2
+        target_mm=TargetMm target_pulses=TargetPulses distance_mm=DistanceMm
+        distance_pulses=DistancePulses arch_axis=ArchAxis pallet=Pallet work=WorkPosition nx=Nx
+        ny=Ny nz=Nz first_point=FirstPoint inching_amount=Amount shift=ShiftNumber
+        hand_number=HandNumber torque_percent=Torque push_time_ms=PushTime comment=Comment
+        program_name=ProgramName variable=Variable1 variable1=Variable1 variable2=Variable2
+        value=ValueInteger element=PointElement value_mm=ElementMm program=ProgramNumber
+        task=TaskNumber priority=TaskPriority message=MessageNumber controller=ControllerNumber
+        year=DateYear month=DateMonth day=DateDay hour=TimeHour minute=TimeMinute
+        second=TimeSecond word=OutputWord option1=Option1 option2=Option2 enabled=EnableOutput
+        """
+    ),
     "axes": _nothing,  # all axes: Axes = 0, as for the blocks that know no others
-    "axis": _to("Axis"),
     "speed_percent": lambda value: {"SpeedMode": "SPEED_PERCENT", "Speed": float(value)},
     "speed_mm_s": lambda value: {"SpeedMode": "SPEED_MM_S", "Speed": float(value)},
-    "acceleration_percent": _to("Acceleration"),
-    "deceleration_percent": _to("Deceleration"),
     "position_output": _one_of("PositionOutput", pulses="POSITION_PULSES", mm="POSITION_MM"),
-    "point": _to("Point"),
-    "point1": _to("Point1"),
-    "point2": _to("Point2"),
-    "target_mm": _to("TargetMm"),
-    "target_pulses": _to("TargetPulses"),
-    "distance_mm": _to("DistanceMm"),
-    "distance_pulses": _to("DistancePulses"),
-    "arch_axis": _to("ArchAxis"),
     "arch_position_mm": lambda value: {"ArchUnit": "UNIT_MM", "ArchPositionMm": value},
-    "pallet": _to("Pallet"),
-    "work": _to("WorkPosition"),
-    "nx": _to("Nx"),
-    "ny": _to("Ny"),
-    "nz": _to("Nz"),
-    "first_point": _to("FirstPoint"),
     "direction": _one_of("Direction", plus="DIRECTION_PLUS", minus="DIRECTION_MINUS"),
-    "inching_amount": _to("Amount"),
     "unit": _one_of("Units", pulses="UNIT_PULSES", mm="UNIT_MM"),
     "servo": _one_of("State", free="SERVO_FREE"),
     "motor_power": _one_of("Power", on="MOTOR_POWER_ON"),
     "arm": _one_of("Arm", right="ARM_RIGHT", left="ARM_LEFT"),
-    "shift": _to("ShiftNumber"),
-    "hand_number": _to("HandNumber"),
-    "torque_percent": _to("Torque"),
     "push_force_percent": lambda value: {"PushForceGiven": True, "PushForce": value},
-    "push_time_ms": _to("PushTime"),
     "data_pulses": lambda values: {"Unit": "UNIT_PULSES", "Pulses": values},
-    "comment": _to("Comment"),
-    "program_name": _to("ProgramName"),
-    "variable": _to("Variable1"),
-    "variable1": _to("Variable1"),
-    "variable2": _to("Variable2"),
-    "value": _to("ValueInteger"),
     "operation": _one_of(
         "Operation", addition="ARITHMETIC_ADD", multiplication="ARITHMETIC_MULTIPLY"
     ),
-    "element": _to("PointElement"),
-    "value_mm": _to("ElementMm"),
     "port": _port("PortType", "PortNumber"),
     "method": _one_of(
         "Selection", program_number="SELECT_PROGRAM_NUMBER", program_name="SELECT_PROGRAM_NAME"
     ),
-    "program": _to("ProgramNumber"),
-    "task": _to("TaskNumber"),
-    "priority": _to("TaskPriority"),
     "first_task": lambda task: {"TaskRange": {1: "TASKS_1_TO_8", 9: "TASKS_9_TO_16"}[task]},
     "last_task": _nothing,
-    "message": _to("MessageNumber"),
-    "controller": _to("ControllerNumber"),
-    "year": _to("DateYear"),
-    "month": _to("DateMonth"),
-    "day": _to("DateDay"),
-    "hour": _to("TimeHour"),
-    "minute": _to("TimeMinute"),
-    "second": _to("TimeSecond"),
     "reset_item": _one_of("SystemData", power_on_count="SYSTEM_DATA_POWER_ON_COUNT"),
-    "word": _to("OutputWord"),
     "item": lambda name: {"OutputItem": {"motor_duty": 13}[name]},
-    "option1": _to("Option1"),
-    "option2": _to("Option2"),
-    "enabled": _to("EnableOutput"),
 }
 
 _PARAMETER: Meaning = {
@@ -280,40 +194,30 @@ def _version(text: str) -> int:
 
 
 _ANSWER: Meaning = {
-    "positions_mm": _to("PositionMm"),
-    "positions_pulses": _to("Pulses"),
-    "push_timed_out": _to("Pushed"),
-    "point": _to("PointRead"),
+    **_each(
+        """
+        positions_mm=PositionMm positions_pulses=Pulses push_timed_out=Pushed point=PointRead
+        comment=Comment pallet=PalletRead nx=Nx ny=Ny nz=Nz first_point=FirstPoint
+        shift=ShiftRead hand_number=HandRead robot=RobotRead variable=VariableRead
+        value=ValueInteger parameter=ParameterRead program=CurrentProgram
+        program_name=CurrentName task=CurrentTask line=CurrentLine priority=CurrentPriority
+        robot_type=RobotType axis_types=AxisTypes task_lines=TaskLines auto_speed=AutoSpeed
+        manual_speed=ManualSpeed program_speed=ProgramSpeed torque_percent=Torques year=DateYear
+        month=DateMonth day=DateDay hour=TimeHour minute=TimeMinute second=TimeSecond
+        option_slots=OptionUnits ivy2=Ivy2Unit inching_amount=InchingAmount word=AnsweredWord
+        option1=Option1 option2=Option2
+        """
+    ),
     "data_mm": lambda values: {"Unit": "UNIT_MM", "PositionMm": values},
-    "comment": _to("Comment"),
-    "pallet": _to("PalletRead"),
-    "nx": _to("Nx"),
-    "ny": _to("Ny"),
-    "nz": _to("Nz"),
-    "first_point": _to("FirstPoint"),
-    "shift": _to("ShiftRead"),
-    "hand_number": _to("HandRead"),
-    "robot": _to("RobotRead"),
     "on_r_axis": lambda there: {"Mount": "HAND_ON_R_AXIS" if there else "HAND_NOT_ON_R_AXIS"},
-    "variable": _to("VariableRead"),
-    "value": _to("ValueInteger"),
-    "parameter": _to("ParameterRead"),
     "axis": lambda axis: {"AxesRead": _bit(axis)},
     "port": _port("AnsweredType", "AnsweredPort"),
-    "program": _to("CurrentProgram"),
-    "program_name": _to("CurrentName"),
-    "task": _to("CurrentTask"),
-    "line": _to("CurrentLine"),
-    "priority": _to("CurrentPriority"),
     "host_version": lambda text: {"HostVersion": _version(text)},
     "host_revision": lambda text: {"HostRevision": int(text.strip("R"))},
     "fpga_version": lambda text: {"FpgaVersion": _version(text)},
     "driver_versions": lambda texts: {"DriverVersions": [_version(text) for text in texts]},
-    "robot_type": _to("RobotType"),
-    "axis_types": _to("AxisTypes"),
     "servo_states": _states("ServoStates", "SERVO", _SERVO),
     "task_status": _states("TaskStates", "TASK", _TASK),
-    "task_lines": _to("TaskLines"),
     "alarm": lambda text: dict(
         zip(("MessageGroup", "MessageCategory"), map(int, text.split(".")), strict=True)
     ),
@@ -323,25 +227,9 @@ _ANSWER: Meaning = {
         "Detail": f"ALARM_DETAIL_{_DETAIL[text[2]]}",
         "DetailNumber": int(text[3]),
     },
-    "auto_speed": _to("AutoSpeed"),
-    "manual_speed": _to("ManualSpeed"),
-    "program_speed": _to("ProgramSpeed"),
     "arm": _one_of("ArmState", right="ARM_STATE_RIGHT", left="ARM_STATE_LEFT"),
     "origin_complete": _states("OriginStates", "ORIGIN", _ORIGIN),
-    "torque_percent": _to("Torques"),
-    "year": _to("DateYear"),
-    "month": _to("DateMonth"),
-    "day": _to("DateDay"),
-    "hour": _to("TimeHour"),
-    "minute": _to("TimeMinute"),
-    "second": _to("TimeSecond"),
-    "option_slots": _to("OptionUnits"),
-    "ivy2": _to("Ivy2Unit"),
-    "inching_amount": _to("InchingAmount"),
-    "word": _to("AnsweredWord"),
     "item": lambda name: {"OutputItem": {"motor_duty": 13}[name]},
-    "option1": _to("Option1"),
-    "option2": _to("Option2"),
 }
 
 #: Where a key means another output.
@@ -351,7 +239,7 @@ _ANSWER_AT: dict[str, Meaning] = {
         "data_mm": lambda values: {
             **dict(zip(("Data1", "Data2", "Data3"), values, strict=True)),
             "Data1Integer": round(values[0] * 1000),
-        },
+        }
     },
     "FB_ReadParameter": {"value": _to("ParameterValue")},
     "FB_ReadIoPort": {"value": _to("Pattern")},

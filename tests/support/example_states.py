@@ -18,8 +18,6 @@ from rcx_harness.robot.ports import port
 from rcx_harness.robot.stored import Hand, Pallet
 from robot_master import Master
 
-__all__ = ["example_config", "found", "in_state"]
-
 #: Every program has so many lines, and none of them ends within a test.
 _STEPS = ("DELAY 60000",) * 120
 _ARMS = ("right", "left")

@@ -17,22 +17,6 @@ from rcx_harness.enip.cyclic.connections import (
 from rcx_harness.enip.cyclic.exchange import Exchange, Role
 from rcx_harness.enip.cyclic.shared import SharedImages
 
-__all__ = [
-    "DATA",
-    "GROUP",
-    "IMAGE",
-    "INPUT_ONLY",
-    "LISTEN_ONLY",
-    "MASTER",
-    "OTHER",
-    "OWNER",
-    "ROBOT",
-    "Device",
-    "heartbeat",
-    "multicast",
-    "packet",
-]
-
 MASTER, ROBOT, OTHER = "192.168.0.7", "192.168.0.2", "192.168.0.8"
 GROUP = "239.192.1.32"
 

@@ -13,8 +13,6 @@ from typing import NamedTuple
 from structured_text.errors import InputError
 from structured_text.explore.search import World
 
-__all__ = ["EVERY", "Choice", "Numbers"]
-
 
 class Choice(NamedTuple):
     """What may happen: the double, and so much more."""

@@ -21,22 +21,6 @@ from structured_text.language.standard import FUNCTIONS
 from structured_text.projects.open import read_project
 from structured_text.projects.texts import st_texts
 
-__all__ = [
-    "EXPORTED",
-    "SAMPLE",
-    "by_position",
-    "comments",
-    "example_sources",
-    "imported",
-    "library",
-    "recorded",
-    "sample",
-    "shape",
-    "shapes",
-    "trace_of",
-    "written",
-]
-
 #: The first example, and a block that needs what exports treat in a way of its own.
 SAMPLE = [EXAMPLES[0].folder, Path(__file__).parents[1] / "export/data/FB_Sample.st"]
 

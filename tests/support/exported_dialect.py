@@ -11,13 +11,6 @@ from structured_text.export.parts import Part, Sources
 from structured_text.language import syntax as s
 from structured_text.language.parser import parse_text
 
-__all__ = [
-    "WITH_INITIAL_VALUES",
-    "declared",
-    "differing",
-    "untyped",
-]
-
 #: With a BYTE that is masked: their texts are compared with texts worked out by hand.
 _MASKED = ("FC_RcxBitMask", "FC_RcxByteWithBit", "FC_RcxByteOfWord")
 
@@ -88,10 +81,7 @@ def differing(
 
 
 def _changes(
-    sources: Sources,
-    words: Mapping[str, str],
-    renamed: Mapping[str, str],
-    pins: Mapping[str, str],
+    sources: Sources, words: Mapping[str, str], renamed: Mapping[str, str], pins: Mapping[str, str]
 ) -> Callable[[Any], Any]:
     """What becomes of a node."""
     numbers = {

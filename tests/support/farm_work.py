@@ -13,17 +13,6 @@ from tempfile import TemporaryDirectory
 
 from structured_text.errors import InputError
 
-__all__ = [
-    "Counted",
-    "FirstWaits",
-    "Killed",
-    "Meeting",
-    "grandchild",
-    "noted",
-    "process_number",
-    "refuse",
-]
-
 
 @dataclass(frozen=True)
 class Meeting:

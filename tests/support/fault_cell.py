@@ -19,8 +19,6 @@ from rcx_harness.trace import Record, Scan
 from structured_text.language import syntax as s
 from structured_text.language.parser import parse_text
 
-__all__ = ["TIMEOUT_SCANS", "CaseFailure", "FaultCell", "Library", "Pins", "library", "place"]
-
 #: Timeout of the block under test: T#500ms in scans of 10 ms.
 TIMEOUT_SCANS = 50
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from fault_cell import FaultCell
 
-__all__ = ["FAULTS", "NONE", "Fault"]
-
 
 @dataclass(frozen=True)
 class Fault:

@@ -9,8 +9,6 @@ from typing import Any
 from fault_cell import FaultCell
 from rcx_harness.robot import Axis
 
-__all__ = ["LEVELS", "SCENARIOS", "Scenario", "recover"]
-
 #: Longest that the cell takes to a stable state: boot, new connection, settling [scans].
 _STEADY = 120
 
@@ -137,11 +135,7 @@ _HEAD_OF_50 = {
     "Count": 1,
     "Checksum": 0x40947D21,
 }
-_ROW_OF_50 = {
-    "Defined": True,
-    "Flag": 1,
-    "Values": [10_000, -20_000, 5_000, -18_000, 0, 0],
-}
+_ROW_OF_50 = {"Defined": True, "Flag": 1, "Values": [10_000, -20_000, 5_000, -18_000, 0, 0]}
 
 #: Every edge-triggered block of the library; of the generated ones, which are alike, two.
 SCENARIOS: dict[str, Scenario] = {

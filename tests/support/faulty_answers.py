@@ -9,8 +9,6 @@ from rcx_harness.spec import signals
 from rcx_harness.spec.wire import ABNORMAL_END, DEDICATED_AT, NORMAL_END, RUN
 from recorded_robot import RecordedMaster
 
-__all__ = ["WRONG", "recorded_wrong"]
-
 Areas = list[bytearray]
 _BITS = {one.short: (one.byte, 1 << one.bit) for one in signals().output}
 

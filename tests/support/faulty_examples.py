@@ -10,8 +10,6 @@ from pathlib import Path
 
 from plc_bench import ROOT
 
-__all__ = ["FAULTY", "Faulty", "changed_example"]
-
 _Changes = tuple[tuple[str, str], ...]
 
 #: A cycle as users write it by hand. It knows whether a part is in its hand, and is slower on
@@ -99,74 +97,48 @@ class Faulty:
     seed: int
 
 
+def _faulty(name: str, example: str, kind: str, seed: int, *changes: tuple[str, str]) -> Faulty:
+    return Faulty(name, example, changes, kind, seed)
+
+
 _04, _12 = "04_pick_and_place", "12_two_robots"
 FAULTY = (
-    Faulty(
-        "lost part",
-        _04,
-        (("  IF NOT CellSafe OR", "  IF MovePtp.Busy AND NOT CellSafe OR"),),
-        "always vented hand",
-        68,
+    _faulty(
+        *("lost part", _04, "always vented hand", 68),
+        ("  IF NOT CellSafe OR", "  IF MovePtp.Busy AND NOT CellSafe OR"),
     ),
-    Faulty(
-        "latch",
-        _04,
+    _faulty(
+        *("latch", _04, "always Start starts it", 36),
+        ("Stage = PICK_IDLE AND StartEdge.Q", "Stage = PICK_IDLE AND Wanted"),
         (
-            ("Stage = PICK_IDLE AND StartEdge.Q", "Stage = PICK_IDLE AND Wanted"),
-            (
-                "  IF Stage = PICK_FAULT THEN",
-                "  Wanted := StartEdge.Q OR (Wanted AND Stage <> PICK_POWER_UP);\n"
-                "  IF Stage = PICK_FAULT THEN",
-            ),
-            ("    Holds : BOOL;\n", "    Holds : BOOL;\n    Wanted : BOOL;\n"),
+            "  IF Stage = PICK_FAULT THEN",
+            "  Wanted := StartEdge.Q OR (Wanted AND Stage <> PICK_POWER_UP);\n"
+            "  IF Stage = PICK_FAULT THEN",
         ),
-        "always Start starts it",
-        36,
+        ("    Holds : BOOL;\n", "    Holds : BOOL;\n    Wanted : BOOL;\n"),
     ),
-    Faulty(
-        "link loss",
-        _04,
+    _faulty(
+        *("link loss", _04, "recovery", 6),
         (
-            (
-                "    IF ResetEdge.Q AND CellSafe THEN",
-                "    IF ResetEdge.Q AND CellSafe AND Fault <> WORD#16#8001 THEN",
-            ),
+            "    IF ResetEdge.Q AND CellSafe THEN",
+            "    IF ResetEdge.Q AND CellSafe AND Fault <> WORD#16#8001 THEN",
         ),
-        "recovery",
-        6,
     ),
-    Faulty("time limit", _04, (("T#10s", "T#3s"),), "always no time-out", 3),
-    Faulty(
-        "race",
-        _12,
-        (
-            (
-                "  Carry1(",
-                "  Free1 := NOT Carry2.AtTray;\n  Free2 := NOT Carry1.AtTray;\n  Carry1(",
-            ),
-            ("TrayFree := NOT Carry2.AtTray", "TrayFree := Free1"),
-            ("TrayFree := NOT Carry1.AtTray", "TrayFree := Free2"),
-            (
-                "    Stop       : BOOL;",
-                "    Free1 : BOOL;\n    Free2 : BOOL;\n    Stop       : BOOL;",
-            ),
-        ),
-        "always one at the tray",
-        5,
+    _faulty("time limit", _04, "always no time-out", 3, ("T#10s", "T#3s")),
+    _faulty(
+        *("race", _12, "always one at the tray", 5),
+        ("  Carry1(", "  Free1 := NOT Carry2.AtTray;\n  Free2 := NOT Carry1.AtTray;\n  Carry1("),
+        ("TrayFree := NOT Carry2.AtTray", "TrayFree := Free1"),
+        ("TrayFree := NOT Carry1.AtTray", "TrayFree := Free2"),
+        ("    Stop       : BOOL;", "    Free1 : BOOL;\n    Free2 : BOOL;\n    Stop       : BOOL;"),
     ),
-    Faulty(
-        "latch of Stop",
-        _12,
-        (("(Stopping OR Stop) AND NOT StartEdge.Q", "Stopping OR Stop"),),
-        "recovery",
-        0,
+    _faulty(
+        *("latch of Stop", _12, "recovery", 0),
+        ("(Stopping OR Stop) AND NOT StartEdge.Q", "Stopping OR Stop"),
     ),
-    Faulty(
-        "link loss while it waits",
-        _12,
-        (("    IF Stage = DUO_WAIT AND NOT", "    IF FALSE AND NOT"),),
-        "recovery",
-        15,
+    _faulty(
+        *("link loss while it waits", _12, "recovery", 15),
+        ("    IF Stage = DUO_WAIT AND NOT", "    IF FALSE AND NOT"),
     ),
 )
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["DEMANDS", "GOOD_RUN", "feeder"]
-
 _PROGRAM = """PROGRAM Feeder
   VAR
     InputArea  : RCX_IMAGE;

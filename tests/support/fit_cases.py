@@ -14,8 +14,6 @@ from rcx_harness.robot.config import Axis, RobotProgram
 from rcx_harness.spec.wire import CYCLE_US
 from recorded_robot import RecordedMaster, exercised
 
-__all__ = ["CASES", "DESCRIPTIONS", "judged", "recorded"]
-
 _MARK = (Axis(), Axis(origin_method="mark"), Axis(type="incremental"), Axis(type="semi_absolute"))
 _STEPS = ("SO(20)=1", "WAIT SI(20)=1")
 #: What the robots are like; `--robot` is given with these, and the search begins there.

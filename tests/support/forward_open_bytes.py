@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["TRIAD", "forward_close", "forward_open", "opened", "refused"]
-
 TRIAD = "0100 4D00 EFBEADDE"
 """Connection serial number 1, vendor 77, originator 0xDEADBEEF."""
 

@@ -9,27 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = [
-    "NEEDS",
-    "OTHERS",
-    "SAFETY",
-    "Channel",
-    "HandshakeRules",
-    "HeadRules",
-    "InputRules",
-    "Since",
-    "bits_of",
-]
-
 SAFETY = ("SI00_EmergencyStop", "SI06_Stop")
 OTHERS = (
-    "SI01_ServoOn",
-    "SI10_SequenceControl",
-    "SI12_AutoStart",
-    "SI14_ReturnToOriginIncr",
-    "SI15_ProgramReset",
-    "SI16_AlarmReset",
-    "SI17_ReturnToOriginAbs",
+    *("SI01_ServoOn", "SI10_SequenceControl", "SI12_AutoStart", "SI14_ReturnToOriginIncr"),
+    *("SI15_ProgramReset", "SI16_AlarmReset", "SI17_ReturnToOriginAbs"),
 )
 #: Chapter 5, 2, SI(01), and chapter 5, 3.2: what must be ON before; a return to origin moves, too.
 NEEDS = {

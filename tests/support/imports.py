@@ -8,9 +8,6 @@ from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-__all__ = ["Graph", "find_cycle", "floors", "imports", "modules", "private_names", "room_graph"]
-__all__ += ["PACKAGES", "shipped"]
-
 #: What each module or room imports.
 Graph = Mapping[str, frozenset[str]]
 

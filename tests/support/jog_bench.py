@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["STOPPED", "end_by_stop", "jog_plc", "jogging", "present"]
-
 PROGRAM = ROOT / "tests/data/library/Levels.st"
 
 #: 12.400 with the position of the manual's example: 12345, -123, 2000.

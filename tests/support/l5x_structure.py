@@ -9,9 +9,6 @@ from __future__ import annotations
 import re
 from xml.etree.ElementTree import Element
 
-__all__ = ["CHILDREN", "ORDER", "faults"]
-
-
 #: Children of an element, in this order; all of them may be left out or, if alike, repeated.
 CHILDREN = {
     "RSLogix5000Content": ("Controller",),

@@ -11,8 +11,6 @@ from dataclasses import dataclass, field
 from command_rules import CommandRule, RobotView
 from head_rules import Since
 
-__all__ = ["LEVELS", "ContinuousRule", "JogRule", "LevelRule", "LevelView"]
-
 _AXES = 6
 
 

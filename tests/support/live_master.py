@@ -17,8 +17,6 @@ from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["LiveMaster"]
-
 #: Cycles a wait lasts at most; one takes a millisecond or more of real time.
 _MOST_CYCLES = 20_000
 _PAUSE_S = 0.001

@@ -5,9 +5,7 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-from structured_text.engines.load import find_matiec
-
-__all__ = ["HABITS", "iec2c_takes"]
+from structured_text.engines.matiec.build import find_matiec
 
 _F = "FUNCTION_BLOCK FB1 {} END_FUNCTION_BLOCK"
 _OWN = "VAR_INPUT X : INT; END_VAR VAR_OUTPUT Y : INT; END_VAR VAR K : INT; END_VAR {} K := X;"
@@ -108,11 +106,7 @@ HABITS: dict[str, tuple[str, str, str]] = {
     "a number times a duration": ("", "T1 : TIME;", "T1 := 2 * T1;"),
     "a type of the third edition": ("", "L : LTIME;", "L := LTIME#1us;"),
     "a standard block of the third edition": ("", "X : LTON;", "X(IN := TRUE);"),
-    "a standard function beyond the second edition": (
-        "",
-        "R : REAL; I : INT;",
-        "I := TO_INT(R);",
-    ),
+    "a standard function beyond the second edition": ("", "R : REAL; I : INT;", "I := TO_INT(R);"),
     "a standard function of dates or BCD": (
         "",
         "Day : DATE; Clock : TOD; Stamp : DT;",

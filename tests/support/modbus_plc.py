@@ -16,8 +16,6 @@ from pymodbus.constants import ExcCodes
 from pymodbus.server import ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
-__all__ = ["ModbusPlc"]
-
 _LIMIT_S = 60.0
 _READ, _WRITE = 3, 16
 

@@ -6,8 +6,6 @@ from typing import Any
 
 from robot_master import Master
 
-__all__ = ["ABNORMAL", "FORMAT_ERROR", "MM", "NORMAL", "PULSES", "low_high", "mover", "way_of"]
-
 NORMAL, ABNORMAL = 0x0200, 0x4000
 FORMAT_ERROR = (ABNORMAL, 4, 2)
 #: Position output flags.

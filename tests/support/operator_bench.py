@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from plc_bench import ROOT, PlcBench
-
-__all__ = ["OperatorBench"]
 
 _JOGS = (0x0020, 0x0021, 0x0022)
 
@@ -18,6 +17,7 @@ class OperatorBench(PlcBench):
         engine: As of PlcBench.
         up: False: right after the PLC's start.
         contract: As of PlcBench; not where it is put back to an earlier state.
+        panel: Members of the panel, set at the end.
 
     Attributes:
         refuse: Code of a command that ends with `alarm`, 0 for none; `hold` one that gets no
@@ -26,7 +26,9 @@ class OperatorBench(PlcBench):
         sent: The words of each command that went out, in their order.
     """
 
-    def __init__(self, engine: str = "auto", *, up: bool = True, contract: bool = True) -> None:
+    def __init__(
+        self, engine: str = "auto", *, up: bool = True, contract: bool = True, **panel: Any
+    ) -> None:
         program = ROOT / "tests/data/library/Operator.st"
         super().__init__(program=program, engine=engine, contract=contract)
         self.refuse = self.hold = 0
@@ -35,8 +37,8 @@ class OperatorBench(PlcBench):
         self._out = 0
         if up:
             self.power_up()
-            self.outputs(SO02=True, SO11=True)
-            self.scan(2)
+            self.outputs(SO02=True, SO11=True, scans=2)
+        self.set(**panel)
 
     def scan(self, count: int = 1) -> None:
         """Run scans; each command is answered in the scan after it."""
@@ -67,23 +69,25 @@ class OperatorBench(PlcBench):
         """The codes of `sent`."""
         return [words[0] for words in self.sent]
 
-    def set(self, **members: object) -> None:
-        """Write members of the panel."""
+    def set(self, *, scans: int = 0, **members: Any) -> None:
+        """Write members of the panel, then run scans."""
         for name, value in members.items():
             self[f"Panel.{name}"] = value
+        self.scan(scans)
 
-    def key(self, name: str, down: bool = True) -> None:
-        """Press or release a key; it is seen in the next scan."""
+    def key(self, name: str, down: bool = True, *, scans: int = 0) -> None:
+        """Press or release a key, which the next scan sees, then run scans."""
         self[f"Panel.Key.{name}"] = down
+        self.scan(scans)
 
-    def press(self, *names: str, scans: int = 1) -> None:
-        """Press keys at once, for so many scans; the last of them has seen them released."""
+    def press(self, *names: str, scans: int = 1, then: int = 0) -> None:
+        """Press keys for so many scans and release them for one scan; `then` run more scans."""
         for name in names:
             self.key(name)
         self.scan(scans)
         for name in names:
             self.key(name, False)
-        self.scan()
+        self.scan(1 + then)
 
     def can(self, *names: str) -> list[bool]:
         """What the panel shows as possible."""

@@ -11,8 +11,6 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["AWAY", "SOURCE", "TARGET", "Fault", "PartBench"]
-
 SOURCE, TARGET, AWAY = 10, 20, 30
 
 _MOVE, _BIT, _PORT, _READ = 0x001, 0x301, 0x300, 0x304

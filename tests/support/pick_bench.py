@@ -10,8 +10,6 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["PickBench"]
-
 _DI = 0x0304
 _DATE = 0x0511
 _OUTPUTS = 1  # port type DO
@@ -101,6 +99,11 @@ class PickBench(PlcBench):
         shown = " ".join(name for name in ("Done", "Busy", "Error") if self[f"Pick.{name}"])
         stage = str(self["Pick.Stage"])
         return shown, int(self["Pick.ErrorID"]), stage, bool(self["Pick.Holds"])
+
+
+def picking(engine: str = "auto", **pins: Any) -> PickBench:
+    """Return a bench that carries parts from point 10 to point 20 at half the speed."""
+    return PickBench(engine, **{"SourcePoint": 10, "TargetPoint": 20, "Speed": 50.0, **pins})
 
 
 def _port(word: int) -> int:

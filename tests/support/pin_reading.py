@@ -18,16 +18,6 @@ from second_reading import FOLDER, Place, place
 from structured_text.engines.base import Value
 from structured_text.output.toml_files import load_toml
 
-__all__ = [
-    "Member",
-    "PinRow",
-    "Pins",
-    "every_block",
-    "every_enumeration",
-    "hexadecimal",
-    "refused_with",
-]
-
 Given = Mapping[str, Value]
 _HOWS = ("number", "bit", "pattern", "bcd", "bool", "text", "real", "rotation")
 _SCALE = re.compile(r"x(1|100|1000)")

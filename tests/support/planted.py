@@ -9,8 +9,6 @@ from pathlib import Path
 
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["FAULTS", "PLANTED", "Fault", "found_by", "planted"]
-
 PLANTED = Path(__file__).resolve().parents[1] / "data/planted"
 
 

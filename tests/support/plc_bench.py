@@ -2,33 +2,41 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
 from structured_text.engines import build
-from structured_text.engines.base import Value
+from structured_text.engines.base import Program, Value
 from structured_text.projects.needed import needed
-
-__all__ = ["LIBRARY", "ROOT", "PlcBench"]
 
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = sorted((ROOT / "plc/lib").rglob("*.st"))
 BENCH = ROOT / "tests/data/library/Bench.st"
 
 
-class PlcBench:
-    """A program, Bench.st unless given, scanned every 10 ms, its areas at offset `m` and `n`.
+def compiled(text: str, engine: str = "auto") -> Program:
+    """Build a program from its text, with what it needs of the library."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "Program.st"
+        file.write_text(text, encoding="utf-8")
+        return build([file, *needed([file], LIBRARY)], engine).program
 
-    With the margin of 20 ms the dedicated inputs change at least 120 ms, 12 scans, apart. With
-    `contract` every scan of every block is judged by the contract monitor.
+
+class PlcBench:
+    """A program that is scanned every 10 ms: Bench.st, or the file or the text that is given.
+
+    Its areas lie at offset `m` and `n`. With the margin of 20 ms the dedicated inputs change at
+    least 120 ms, 12 scans, apart. With `contract` every scan of every block is judged by the
+    contract monitor.
     """
 
     def __init__(
         self,
         *,
-        program: Path = BENCH,
+        program: Path | str = BENCH,
         size: int = 48,
         m: int = 0,
         n: int = 0,
@@ -37,9 +45,13 @@ class PlcBench:
         engine: str = "auto",
         contract: bool = True,
     ) -> None:
-        files = needed([program], LIBRARY)
-        self.program = build([program, *files], engine).program
-        steady = steady_instances([program], files)
+        with tempfile.TemporaryDirectory() as folder:
+            file = program if isinstance(program, Path) else Path(folder) / "Program.st"
+            if isinstance(program, str):
+                file.write_text(program, encoding="utf-8")
+            files = needed([file], LIBRARY)
+            self.program = build([file, *files], engine).program
+            steady = steady_instances([file], files)
         self._monitor = ContractMonitor(self.program, steady) if contract else None
         self.now_us = 0
         self.scan_us = scan_us
@@ -68,25 +80,59 @@ class PlcBench:
                 assert not found, found[0].text
             self.now_us += self.scan_us
 
-    def scan_until(self, condition: Callable[[], bool], *, most: int = 100) -> int:
-        """Scan until the condition holds; return how many scans it took."""
+    def scan_until(
+        self, condition: Callable[[], bool], *, most: int = 100, execute: str = ""
+    ) -> int:
+        """Raise Execute of a block, if one is named, and scan until the condition holds.
+
+        Returns:
+            How many scans it took.
+        """
+        if execute:
+            self[f"{execute}.Execute"] = True
         for count in range(1, most + 1):
             self.scan()
             if condition():
                 return count
         raise AssertionError(f"not within {most} scans, at {self.now_us} us")
 
-    def outputs(self, **bits: bool) -> None:
-        """Set dedicated outputs of the controller: `outputs(SO02=True)`."""
+    def change(self, *paths: str, to: Value, scans: int = 1) -> None:
+        """Write a value to variables, then run scans."""
+        for path in paths:
+            self[path] = to
+        self.scan(scans)
+
+    def outputs(self, *, scans: int = 0, **bits: bool) -> None:
+        """Set dedicated outputs of the controller, `outputs(SO02=True)`, then run scans."""
         for name, on in bits.items():
             byte, bit = 32 + int(name[2]), int(name[3])
             self.so[byte] = self.so[byte] & ~(1 << bit) | (on << bit)
+        self.scan(scans)
 
-    def answer(self, status: int, response: Sequence[int] = ()) -> None:
-        """Set the remote status and the response words from SOW(1) on; the rest is 0."""
+    def let(self, cause: str) -> None:
+        """Set an output of the controller or a pin of the area blocks: `SO00=1`, `StopOk=0`."""
+        name, _, value = cause.partition("=")
+        if name.startswith("SO"):
+            self.outputs(**{name: value == "1"})
+        else:
+            self[name] = value == "1"
+
+    def answer(self, status: int, response: Sequence[int] = (), *, scans: int = 0) -> None:
+        """Set the remote status and the words from SOW(1) on, the rest 0, then run scans."""
         words = [status, *response, *[0] * (15 - len(response))]
         for k, word in enumerate(words):
             self.so[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
+        self.scan(scans)
+
+    def complete(self, status: int = 0x0200, response: Sequence[int] = ()) -> None:
+        """Let the command that is out end with this status in a scan; then the status is reset."""
+        self.answer(status, response, scans=1)
+        self.answer(0)
+
+    def give(self, block: str, code: int, *, most: int = 100) -> None:
+        """Let an FB_RemoteCommand give a command, and scan until its code is out."""
+        self[f"{block}.Code"] = code
+        self.scan_until(lambda: self.words[0] == code, most=most, execute=block)
 
     @property
     def image(self) -> bytes:

@@ -8,8 +8,6 @@ from xml.etree import ElementTree as ET
 from structured_text.errors import InputError
 from structured_text.export.plcopen import ELEMENTARY, NAMESPACE, SECTIONS, XHTML
 
-__all__ = ["check_structure", "local"]
-
 _DATA_TYPE = f"({'|'.join({**dict.fromkeys(ELEMENTARY.values())})}|array|derived|enum|struct),"
 _LISTS = "|".join(SECTIONS.values())
 _REMARKS = "(addData,)?(documentation,)?"

@@ -9,8 +9,6 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["ABSENT", "PointsBench", "points_bench", "record"]
-
 #: "Point doesn't exist", "Undefined pallet" of the public list of alarms.
 ABSENT = {0x101: (6, 204), 0x105: (6, 204), 0x109: (6, 236)}
 _READY, _RUN, _NORMAL, _ABNORMAL = 0x0000, 0x0100, 0x0200, 0x4000

@@ -15,8 +15,6 @@ from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
 from served import NetworkInMemory
 
-__all__ = ["StationLine", "question", "rehearsed"]
-
 _TIMEOUT_US = 160_000
 
 
@@ -107,9 +105,7 @@ def question(name: str) -> Question:
 
 
 def rehearsed(
-    *names: str,
-    prepare: Callable[[StationLine], None] = lambda line: None,
-    **config: Any,
+    *names: str, prepare: Callable[[StationLine], None] = lambda line: None, **config: Any
 ) -> Outcome:
     """Ask these questions (all without a name) of a virtual controller with these keys."""
     line = StationLine(RobotConfig(**config))

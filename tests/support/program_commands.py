@@ -7,31 +7,6 @@ from typing import Any
 from rcx_harness.robot import RobotProgram
 from robot_master import Master
 
-__all__ = [
-    "ALL",
-    "EXECUTE",
-    "FIRST",
-    "INFO",
-    "LINES",
-    "NAME",
-    "NEXT",
-    "NO_TASK",
-    "NUMBER",
-    "REGISTER",
-    "RESET",
-    "SECOND",
-    "SKIP",
-    "STATES",
-    "STEP",
-    "TASK",
-    "info",
-    "lines",
-    "program_master",
-    "states",
-    "telegram",
-    "text_words",
-]
-
 REGISTER, EXECUTE, STEP, SKIP, NEXT, RESET, INFO = 0x401, 0x402, 0x403, 0x404, 0x405, 0x406, 0x408
 STATES, LINES = 0x507, 0x508
 ALL, NUMBER, TASK, NAME = 0, 1, 2, 4
@@ -46,6 +21,13 @@ def program_master(*programs: RobotProgram, **config: Any) -> Master:
     """A master, with SI(00) and SI(06) ON and these programs, else FIRST and SECOND."""
     master = Master(programs=programs or (FIRST, SECOND), **config)
     master.power_up()
+    return master
+
+
+def registered_master(task: int = 3, **config: Any) -> Master:
+    """Return a master with FIRST in task 1 and SECOND in another one."""
+    master = program_master(**config)
+    master.execute(*telegram(REGISTER, NUMBER, program=2, task=task, priority=32))
     return master
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["without_progress"]
-
 _PROGRESS = ("compiling", "running:")
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
+from rcx_tools.evidence.prove.solve import ask
 from structured_text.output.toml_files import load_toml
 from structured_text.projects.needed import needed
-from structured_text.prove.solve import ask
 
 _ROOT = Path(__file__).resolve().parents[2]
 _LIBRARY = sorted((_ROOT / "plc/lib").rglob("*.st"))

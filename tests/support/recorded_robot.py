@@ -14,8 +14,6 @@ from rcx_harness.spec import FieldValue, command
 from rcx_harness.spec.wire import CYCLE_US, ENDS
 from robot_master import Master
 
-__all__ = ["RecordedMaster", "busy_run", "exercised", "noted", "short_run"]
-
 
 class RecordedMaster(Master):
     """A master whose every cycle is noted; nothing changes but what it changes."""

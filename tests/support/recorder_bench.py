@@ -8,8 +8,6 @@ from typing import Any
 
 from alone import Alone
 
-__all__ = ["Recorder", "Row", "connected", "short"]
-
 Row = tuple[str, int, int]
 
 _NOTHING: Row = ("LOG_NOTHING", 0, 0)
@@ -35,6 +33,11 @@ class Recorder:
             self._alone["Robot.Inner.Elapsed"] = min(self._now_ms, 10)
             self._alone.scan(self._now_ms)
             self._now_ms += 10
+
+    def change(self, path: str, *, to: Any, scans: int = 1) -> None:
+        """Write a variable, then run scans."""
+        self[path] = to
+        self.scan(scans)
 
     def rows(self) -> list[Row]:
         """Kind, Number and Result of the rows, without empty ones at the end."""

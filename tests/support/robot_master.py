@@ -9,8 +9,6 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["NORMAL_END", "Master", "abnormal_end", "answer_of", "powered_up"]
-
 #: Words m to m+30 of a normal end without response data.
 NORMAL_END = (0x0200,) + (0,) * 15
 
@@ -58,6 +56,16 @@ class Master:
         """ON, then OFF, each for `ms`."""
         self.turn_and_wait(name, True, ms)
         self.turn_and_wait(name, False, ms)
+
+    def drop(self, name: str, ms: float = 150) -> None:
+        """OFF, then ON again, each for `ms`."""
+        self.turn_and_wait(name, False, ms)
+        self.turn_and_wait(name, True, ms)
+
+    def general_on(self, number: int) -> None:
+        """Turn one of SI(20) to SI(27) ON, and let two cycles pass."""
+        self.si[34] |= 1 << number - 20
+        self.run(10)
 
     def on(self, name: str) -> bool:
         """A dedicated output."""
@@ -115,6 +123,13 @@ def powered_up(**config: Any) -> Master:
     """The master of a robot with these properties, after `power_up`."""
     master = Master(**config)
     master.power_up()
+    return master
+
+
+def servos_on(**config: Any) -> Master:
+    """Return the master of a robot with these properties, with its servos on."""
+    master = Master(**config)
+    master.servo_on()
     return master
 
 

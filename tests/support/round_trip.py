@@ -15,24 +15,6 @@ from rcx_harness.robot.stored import Hand, Pallet
 from robot_master import Master
 from stored_data import long_words
 
-__all__ = [
-    "FIRST",
-    "IN_MM",
-    "PULSES",
-    "READ_5",
-    "SECOND",
-    "Step",
-    "Trip",
-    "Words",
-    "answer",
-    "at",
-    "at_mm",
-    "point_is",
-    "run_trip",
-    "states_are",
-    "wait",
-]
-
 Words = tuple[int, ...]
 #: A telegram, or something that happens beside the telegrams.
 Step = Words | Callable[[Master], object]

@@ -19,8 +19,6 @@ from round_trip import (
 )
 from stored_data import long_words, real_words, text_words
 
-__all__ = ["DATA_TRIPS"]
-
 _TASKS, _LINE = (0x507,), (0x508,)
 _STEP_1 = (0x403, 2, 0, 1)  # one line of the program in task 1
 _SGI1 = (0x214, 0, 1)
@@ -60,10 +58,7 @@ def _stored() -> list[Trip]:
     trips: list[Trip] = []
     for number, unit in ((5, 0), (6, 1)):
         data = (100 * number, -7, 2**31 - 1, -(2**31), unit, -1)
-        steps: tuple[Step, ...] = (
-            (0x100, unit, number, 0, *long_words(*data)),
-            (0x101, 0, number),
-        )
+        steps: tuple[Step, ...] = ((0x100, unit, number, 0, *long_words(*data)), (0x101, 0, number))
         trips += [Trip(code, steps, point_is(number, unit, *data)) for code in (0x100, 0x101)]
         text = text_words(f"NO {number}", "\0")
         steps = ((0x104, 0, number, 0, *text), (0x105, 0, number))
@@ -180,11 +175,7 @@ def _data() -> list[Trip]:
             ((0x007, 1, 1, 0, 0, 0x7FFF), (0x515,)),
             (0x0200, 2, 334, 0x0001, 0x0101) + (0,) * 11,
         ),
-        Trip(
-            0x515,
-            ((0x101, 0, 29), (0x515,)),
-            (0x0200, 6, 204, 0x0101) + (0,) * 12,
-        ),
+        Trip(0x515, ((0x101, 0, 29), (0x515,)), (0x0200, 6, 204, 0x0101) + (0,) * 12),
         Trip(0x604, (_alarm(1), wait, (0x604,), wait), False, look=_serious),
     ]
     for year, month, day in ((24, 2, 29), (99, 12, 31)):

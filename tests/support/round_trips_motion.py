@@ -20,8 +20,6 @@ from round_trip import (
 )
 from stored_data import long_words
 
-__all__ = ["MOTION_TRIPS"]
-
 _SERVOS, _ORIGINS = (0x503,), (0x150F,)
 _ALL_OFF, _NO_POWER = (0x035,), (0x041,)
 _ON, _ARCH = 0x0400, (0, 0, 0, *long_words(1500))  # axis 3 rises to 1500 first

@@ -6,8 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 
-__all__ = ["left_out_line", "repeat_line", "skip_lines"]
-
 #: Reasons that mean the same to a reader, and the words for them. The first match counts.
 _SAME = (
     (r"matiec|STruC\+\+|strucpp", "need matiec or STruC++: docs/reference/engines.md"),

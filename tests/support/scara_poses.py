@@ -25,8 +25,6 @@ from rcx_harness.spec.robots import robot_models
 from structured_text.engines import build
 from structured_text.projects.needed import needed
 
-__all__ = ["LIMITS", "Pose", "Worst", "compare", "poses"]
-
 #: Angle of axis 2 from stretched and from folded below which its pulses are not compared [deg].
 _NEAR = 20.0
 #: What rounding to 0.001 mm moves no axis by there; whole turns are far more [pulse].

@@ -18,18 +18,6 @@ from typing import Any
 from rcx_harness.spec.telegram import WORDS
 from structured_text.output.toml_files import load_toml
 
-__all__ = [
-    "Legal",
-    "Place",
-    "Reading",
-    "Row",
-    "every_reading",
-    "first",
-    "place",
-    "reading",
-    "row",
-]
-
 FOLDER = Path(__file__).resolve().parents[1] / "spec" / "second_reading"
 
 _BITS = re.compile(r"([mn])\+(\d+)\.(\d+)(?:-(\d+))?")
@@ -221,8 +209,10 @@ def reading(entry: dict[str, Any]) -> Reading:
     Raises:
         ValueError: something in it is not in the grammar.
     """
+    entry = {**_shared("answer").get(entry.get("answer", ""), {}), **entry}
     known = {"code", "section", "pendant", "robot_zero", "request", "zero"}
-    known |= {"response", "unused", "not_both", "doubt"}
+    known |= {"answer", "response", "unused", "not_both", "doubt"}
+    nothing = () if entry.get("response") else ("m+2..m+30",)
     code = str(entry["code"])
     if set(entry) - known or not re.fullmatch("R?[0-9A-F]{3}", code):
         raise ValueError(f"{code}: not in the grammar: {sorted(set(entry) - known) or code}")
@@ -232,16 +222,22 @@ def reading(entry: dict[str, Any]) -> Reading:
         section=entry["section"],
         pendant=entry.get("pendant", False),
         robot_zero=entry.get("robot_zero", ""),
-        request=tuple(row(text) for text in entry.get("request", ())),
+        request=tuple(row(text) for text in _expanded(entry.get("request", ()))),
         zero=tuple(part for text in entry.get("zero", ()) for part in _zeros(text)),
         response=tuple(row(text) for text in entry.get("response", ())),
-        unused=tuple(part for text in entry.get("unused", ()) for part in _zeros(text)),
+        unused=tuple(part for text in entry.get("unused", nothing) for part in _zeros(text)),
         not_both=tuple((place(one)[0], place(two)[0]) for one, two in entry.get("not_both", ())),
     )
     wrong = [part for part in _sides(found) if part[0] != part[1].side]
     if wrong:
         raise ValueError(f"{found}: {wrong[0][1]} is on the wrong side")
     return found
+
+
+def _expanded(texts: Sequence[str]) -> Iterator[str]:
+    """Put the rows of a group in the place of its name."""
+    for text in texts:
+        yield from _shared("group")[text[1:]] if text.startswith("+") else [text]
 
 
 def row(text: str) -> Row:
@@ -336,6 +332,13 @@ def _sides(found: Reading) -> Iterator[tuple[str, Place]]:
 
 def _number(words: Sequence[int]) -> int:
     return int.from_bytes(struct.pack(f"<{WORDS}H", *words), "little")
+
+
+@cache
+def _shared(kind: str) -> dict[str, Any]:
+    """Return what several commands share: the tables `group` or `answer`."""
+    shared: dict[str, Any] = load_toml(FOLDER / "category_1.toml")[kind]
+    return shared
 
 
 @cache

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["in_emergency_stop", "pins", "program_stopped", "sequences", "servo_on"]
-
 
 def sequences() -> PlcBench:
     """Controller in its normal state, AUTO, servos off, SI(00) and SI(06) ON and settled."""

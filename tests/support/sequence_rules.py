@@ -13,8 +13,6 @@ from typing import Any
 from head_rules import Since
 from sequence_work import Rule, Turns, View, Work
 
-__all__ = ["RULES", "missing"]
-
 
 @dataclass
 class _Plain(Rule):
@@ -54,9 +52,7 @@ def _servo_on() -> Rule:
         signal="SI01",
         answered=lambda view: "SO02" in view.so,
         trouble=lambda view: view.trouble(
-            (view.stopped, 0x8003),
-            ("SO03" in view.so, 0x8004),
-            ("SO04" not in view.so, 0x8005),
+            (view.stopped, 0x8003), ("SO03" in view.so, 0x8004), ("SO04" not in view.so, 0x8005)
         ),
     )
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-__all__ = ["Rule", "Turns", "View", "Work"]
-
 
 @dataclass
 class View:

@@ -15,8 +15,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["ServeProcess", "own_addresses", "watching"]
-
 #: Longest wait for anything [s]; on a busy machine the start of Python alone may take some.
 _LIMIT_S = 60.0
 _ASK_EVERY_S = 0.05

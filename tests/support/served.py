@@ -18,8 +18,6 @@ from rcx_harness.serve.status import Status as Report
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Trace
 
-__all__ = ["ImageInMemory", "NetworkInMemory", "ServedHost", "image"]
-
 
 def image(bits: int, code: int = 0) -> bytes:
     """Return 48 bytes to the robot with a command code and the inputs SI(00) to SI(07)."""

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 from structured_text.engines.base import Value
 
-__all__ = ["differences", "hexadecimal_comparison", "written"]
-
 #: Words in a telegram: code or status, and fifteen more.
 _TELEGRAM = 16
 _IN_16 = ("ErrorID", "AlarmGroup", "AlarmCategory", "Applied", "holder")

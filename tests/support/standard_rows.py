@@ -5,8 +5,6 @@ from __future__ import annotations
 from datetime import timedelta
 from typing import Any, NamedTuple
 
-__all__ = ["Row", "call", "ms", "rows"]
-
 
 class Row(NamedTuple):
     """A call and its value.

@@ -13,8 +13,6 @@ from datetime import date, time, timedelta
 from standard_rows import Row, call, ms, rows
 from standard_texts import TEXTS
 
-__all__ = ["TABLE"]
-
 # --- shifts and rotations (table 25) ---
 
 #: Of each width the bits 10..01, and what comes of them: shifted by 1 to the left, by 1 less than
@@ -205,17 +203,14 @@ _TIMES = [
     *rows("DIVTIME({0}, {1})", "TIME", ("TIME 1s", "REAL 0.5", ms(2000))),
     # To the nanosecond: exact, or cut towards zero.
     *rows(
-        "{0} * {1} = {2}",
-        "BOOL",
+        *("{0} * {1} = {2}", "BOOL"),
         ("TIME 10s", "REAL 0.25", "TIME 2500ms", True),
         ("TIME -10s", "REAL 0.25", "TIME -2500ms", True),
         alike=False,
     ),
     *rows(
-        "DIVTIME({0}, {1}) = {2}",
-        "BOOL",
-        ("TIME 1s", "REAL 0.5", "TIME 2s", True),
-        ("TIME -1s", "REAL 0.5", "TIME -2s", True),
+        *("DIVTIME({0}, {1}) = {2}", "BOOL"),
+        *(("TIME 1s", "REAL 0.5", "TIME 2s", True), ("TIME -1s", "REAL 0.5", "TIME -2s", True)),
         alike=False,
     ),
     *rows("{0} / {1} * {1} > {0}", "BOOL", ("TIME -1ms", "INT 3", True), alike=False),
@@ -241,18 +236,8 @@ _CONVERSIONS = [
         for source in ("REAL", "LREAL")
         for kind in ("SINT", "INT", "DINT", "LINT")
         for value, result in (
-            ("0.5", 0),
-            ("1.5", 2),
-            ("2.5", 2),
-            ("-0.5", 0),
-            ("-1.5", -2),
-            ("-2.5", -2),
-            ("2.4", 2),
-            ("2.6", 3),
-            ("-2.4", -2),
-            ("-2.6", -3),
-            ("0.0", 0),
-            ("99.5", 100),
+            *(("0.5", 0), ("1.5", 2), ("2.5", 2), ("-0.5", 0), ("-1.5", -2), ("-2.5", -2)),
+            *(("2.4", 2), ("2.6", 3), ("-2.4", -2), ("-2.6", -3), ("0.0", 0), ("99.5", 100)),
         )
     ),
     *(
@@ -316,24 +301,18 @@ _CHOICES = [
         "{0} XOR {1}", "BOOL", ("BOOL TRUE", "BOOL TRUE", False), ("BOOL TRUE", "BOOL FALSE", True)
     ),
     *rows(
-        "SEL({0}, {1}, {2})",
-        "INT",
-        ("BOOL FALSE", "INT 1", "INT 2", 1),
-        ("BOOL TRUE", "INT 1", "INT 2", 2),
+        *("SEL({0}, {1}, {2})", "INT"),
+        *(("BOOL FALSE", "INT 1", "INT 2", 1), ("BOOL TRUE", "INT 1", "INT 2", 2)),
     ),
     *rows("SEL(G := {0}, IN1 := {1}, IN0 := {2})", "INT", ("BOOL TRUE", "INT 1", "INT 2", 1)),
     *rows("SEL({0}, {1}, {2})", "STRING", ("BOOL TRUE", "STRING 'a'", "STRING 'b'", "b")),
     *rows(
-        "MAX({0}, {1}, {2})",
-        "INT",
-        ("INT -3", "INT -1", "INT -2", -1),
-        ("INT 5", "INT 1", "INT 2", 5),
+        *("MAX({0}, {1}, {2})", "INT"),
+        *(("INT -3", "INT -1", "INT -2", -1), ("INT 5", "INT 1", "INT 2", 5)),
     ),
     *rows(
-        "MIN({0}, {1}, {2})",
-        "INT",
-        ("INT -3", "INT -1", "INT -4", -4),
-        ("INT 1", "INT 5", "INT 2", 1),
+        *("MIN({0}, {1}, {2})", "INT"),
+        *(("INT -3", "INT -1", "INT -4", -4), ("INT 1", "INT 5", "INT 2", 1)),
     ),
     *rows("MAX({0}, {1})", "REAL", ("REAL -0.5", "REAL -0.25", -0.25)),
     *rows("MIN({0}, {1})", "TIME", ("TIME 1m", "TIME 59s", ms(59_000))),
@@ -350,10 +329,8 @@ _CHOICES = [
     # LIMIT is MIN(MAX(IN, MN), MX): with a lower limit above the upper one it is the upper one.
     *rows("LIMIT({0}, {1}, {2})", "INT", ("INT 10", "INT 20", "INT 0", 0)),
     *rows(
-        "LIMIT({0}, {1}, {2})",
-        "INT",
-        ("INT 10", "INT 5", "INT 0", 0),
-        ("INT 10", "INT 10", "INT 0", 0),
+        *("LIMIT({0}, {1}, {2})", "INT"),
+        *(("INT 10", "INT 5", "INT 0", 0), ("INT 10", "INT 10", "INT 0", 0)),
         alike=False,
     ),
     *rows(
@@ -362,57 +339,36 @@ _CHOICES = [
         *((f"INT {k}", "INT 10", "INT 20", "INT 30", r) for k, r in ((0, 10), (1, 20), (2, 30))),
     ),
     *rows(
-        "GT({0}, {1}, {2})",
-        "BOOL",
-        ("INT 3", "INT 2", "INT 1", True),
-        ("INT 3", "INT 1", "INT 2", False),
+        *("GT({0}, {1}, {2})", "BOOL"),
+        *(("INT 3", "INT 2", "INT 1", True), ("INT 3", "INT 1", "INT 2", False)),
         ("INT 3", "INT 3", "INT 1", False),
     ),
     *rows(
-        "GE({0}, {1}, {2})",
-        "BOOL",
-        ("INT 3", "INT 3", "INT 1", True),
-        ("INT 3", "INT 1", "INT 2", False),
+        *("GE({0}, {1}, {2})", "BOOL"),
+        *(("INT 3", "INT 3", "INT 1", True), ("INT 3", "INT 1", "INT 2", False)),
     ),
     *rows(
-        "EQ({0}, {1}, {2})",
-        "BOOL",
-        ("INT 3", "INT 3", "INT 3", True),
-        ("INT 3", "INT 3", "INT 1", False),
+        *("EQ({0}, {1}, {2})", "BOOL"),
+        *(("INT 3", "INT 3", "INT 3", True), ("INT 3", "INT 3", "INT 1", False)),
         ("INT 1", "INT 3", "INT 3", False),
     ),
     *rows(
-        "LE({0}, {1}, {2})",
-        "BOOL",
-        ("INT 1", "INT 1", "INT 2", True),
-        ("INT 1", "INT 3", "INT 2", False),
+        *("LE({0}, {1}, {2})", "BOOL"),
+        *(("INT 1", "INT 1", "INT 2", True), ("INT 1", "INT 3", "INT 2", False)),
     ),
     *rows(
-        "LT({0}, {1}, {2})",
-        "BOOL",
-        ("INT 1", "INT 2", "INT 3", True),
-        ("INT 1", "INT 2", "INT 2", False),
+        *("LT({0}, {1}, {2})", "BOOL"),
+        *(("INT 1", "INT 2", "INT 3", True), ("INT 1", "INT 2", "INT 2", False)),
     ),
     *rows("NE({0}, {1})", "BOOL", ("INT 1", "INT 1", False), ("INT 1", "INT 2", True)),
     *rows("{0} < {1}", "BOOL", ("WORD 16#7FFF", "WORD 16#8000", True), ("INT -1", "INT 0", True)),
     *rows(
-        "{0} > {1}",
-        "BOOL",
-        ("UDINT 4294967295", "UDINT 1", True),
-        ("BOOL TRUE", "BOOL FALSE", True),
+        *("{0} > {1}", "BOOL"),
+        *(("UDINT 4294967295", "UDINT 1", True), ("BOOL TRUE", "BOOL FALSE", True)),
     ),
     *rows("{0} <= {1}", "BOOL", ("INT 1", "INT 1", True), ("INT 2", "INT 1", False)),
     *rows("{0} >= {1}", "BOOL", ("INT 1", "INT 1", True), ("INT 1", "INT 2", False)),
     *rows("{0} <> {1}", "BOOL", ("INT 1", "INT 1", False), ("INT 1", "INT 2", True)),
 ]
 
-TABLE = [
-    *_shifts(),
-    *_integers(),
-    *_SIGNS,
-    *_REALS,
-    *_TIMES,
-    *_CONVERSIONS,
-    *_CHOICES,
-    *TEXTS,
-]
+TABLE = [*_shifts(), *_integers(), *_SIGNS, *_REALS, *_TIMES, *_CONVERSIONS, *_CHOICES, *TEXTS]

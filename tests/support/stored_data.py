@@ -7,8 +7,6 @@ from typing import Any
 
 from robot_master import Master
 
-__all__ = ["long_words", "power_cycle", "ready", "real_words", "text_words"]
-
 
 def ready(**config: Any) -> Master:
     """A master with a controller that takes commands; no points unless given."""

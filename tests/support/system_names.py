@@ -14,8 +14,6 @@ from types import SimpleNamespace
 
 import mypy
 
-__all__ = ["SYSTEMS", "absent_on", "hidden_on", "members_of_some", "names_of", "of_some", "used"]
-
 SYSTEMS = ("win32", "darwin", "linux")
 
 #: Methods that an event loop of Windows has, and that raise there.

@@ -6,20 +6,6 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = [
-    "Row",
-    "arrived",
-    "bench",
-    "end",
-    "goes_on",
-    "restart",
-    "rows_to",
-    "runs",
-    "sent",
-    "shown",
-    "start",
-]
-
 Row = dict[str, Any]
 
 
@@ -47,8 +33,24 @@ def start(plc: PlcBench) -> None:
     plc.scan()
 
 
-def restart(plc: PlcBench) -> None:
-    """Execute falls for one scan and rises again; the pins say from where."""
+def started(*rows: Row, engine: str = "builtin", **pins: Any) -> PlcBench:
+    """Return the bench after a rising edge of Execute."""
+    plc = bench(*rows, engine=engine, **pins)
+    start(plc)
+    return plc
+
+
+def moving(*rows: Row, engine: str = "builtin", **pins: Any) -> PlcBench:
+    """Return the bench with the command of the first row on the wire."""
+    plc = started(*rows, engine=engine, **pins)
+    sent(plc)
+    return plc
+
+
+def restart(plc: PlcBench, **pins: Any) -> None:
+    """Set pins, then let Execute fall for one scan and rise again."""
+    for pin, value in pins.items():
+        plc[f"Table.{pin}"] = value
     plc["Table.Execute"] = False
     plc.scan()
     start(plc)

@@ -14,8 +14,6 @@ from typing import Any
 
 from rcx_harness.spec import Command, Field, FieldValue, commands
 
-__all__ = ["COMMANDS", "illegal_fields", "illegal_pairs", "legal", "stray_bits", "words_of"]
-
 #: All commands but the status reset, by code.
 COMMANDS: Mapping[int, Command] = {code: one for code, one in commands().items() if code}
 

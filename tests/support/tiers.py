@@ -10,8 +10,6 @@ from collections.abc import Iterable
 
 import pytest
 
-__all__ = ["keep_samples"]
-
 
 def keep_samples(items: Iterable[pytest.Item], *, whole: bool) -> None:
     """Take the mark `exhaustive` from the tests that it names as its sample.

@@ -7,8 +7,6 @@ from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from typing import Any
 
-__all__ = ["toolkit_alone"]
-
 _ABOVE = ("rcx_harness", "rcx_tools")
 
 

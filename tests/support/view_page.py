@@ -10,8 +10,6 @@ import zlib
 from collections.abc import Iterator
 from typing import Any
 
-__all__ = ["PageContent"]
-
 Change = tuple[int, Any]
 
 

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from system_names import absent_on, hidden_on
 
-__all__ = ["as_windows"]
-
 _FOLDER = Path(__file__).with_name("as_windows")
 _SEEN = (
     *("_ctypes", "asyncio", "ctypes", "mmap", "os", "select"),

@@ -29,15 +29,6 @@ def run(pytester: pytest.Pytester, repository: Path) -> Run:
         lines = [f"rcx_{name} = {value}" for name, value in keys.items() if value]
         pytester.makefile(".ini", pytest="\n".join(["[pytest]", *lines]))
         pytester.makepyfile(test_it=test)
-        arguments = (
-            "-p",
-            "no:cacheprovider",
-            "-p",
-            "no:xdist",
-            "-p",
-            "no:hypothesispytest",
-            *options,
-        )
-        return pytester.runpytest_inprocess(*arguments)
+        return pytester.runpytest_inprocess(*_WITHOUT, *options)
 
     return run

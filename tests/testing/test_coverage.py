@@ -110,7 +110,7 @@ def test_the_workers_of_xdist_count_together(run: Run) -> None:
 
 
 @pytest.mark.exhaustive
-def test_the_part_of_a_worker_that_died_is_told_as_missing(run: Run) -> None:
+def test_the_counts_of_a_dead_worker_are_reported_as_missing(run: Run) -> None:
     dies = "import os\ndef test_dies(cell):\n    cell.scan()\n    os._exit(3)\n"
     result = run(dies + _DARK, "--rcx-coverage", "--max-worker-restart=1", workers=1)
     result.stdout.fnmatch_lines(["worker gw0 died: what it counted is missing"])
@@ -147,7 +147,7 @@ def test_the_library_counts_only_where_it_is_asked_for(run: Run) -> None:
     assert len(_table(run(_DARK, coverage="yes", coverage_library="on"))) > 1
 
 
-def test_a_source_that_changes_while_tests_run_is_told(run: Run) -> None:
+def test_a_source_that_changes_while_tests_run_is_reported(run: Run) -> None:
     changes = "def test_change(rcx_build):\n    rcx_build().scan()\n"
     changes += "    with open('plc/Lamp.st', 'a') as file: file.write('(* more *)')\n"
     changes += "    rcx_build().scan()\n"
@@ -192,7 +192,11 @@ def test_pages_of_an_earlier_run_go_and_others_stay(run: Run) -> None:
             {},
             "rcx: coverage is counted by the built-in engine; leave out *",
         ),
-        (["--rcx-coverage", "--rcx-coverage-out=other.st"], {}, "rcx: *other.st: is no folder; *"),
+        (
+            ["--rcx-coverage", "--rcx-coverage-out=other.st"],
+            {},
+            "rcx: *other.st: is not a folder; *",
+        ),
         (["--rcx-coverage", "--rcx-coverage-out=taken"], {}, "rcx: *index.html: is there already*"),
         ([], {"coverige": "true"}, "rcx: *there is no setting rcx_coverige; *rcx_coverage*"),
     ],
@@ -217,7 +221,7 @@ def test_a_report_that_cannot_be_written_is_one_message(run: Run) -> None:
     assert "Traceback" not in result.stdout.str()
 
 
-def test_what_another_engine_runs_is_told_as_not_counted(
+def test_a_run_on_another_engine_is_reported_as_not_counted(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A test may demand an engine that cannot count; it is not refused for that."""

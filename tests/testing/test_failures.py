@@ -123,7 +123,7 @@ def test_the_files_hold_the_chart_and_the_whole_trace(run: Run, pytester: pytest
     assert scans == [*range(0, 2_500_000, 10_000)]
 
 
-def test_where_no_folder_is_named_the_files_lie_in_pytests_own(
+def test_without_a_named_folder_the_files_are_in_pytests_own(
     run: Run, pytester: pytest.Pytester
 ) -> None:
     before = {path.name for path in pytester.path.iterdir()}
@@ -223,7 +223,7 @@ def test_it(late):
     )
 
 
-def test_a_test_that_fails_by_itself_is_told_its_own_reason_and_the_rules(run: Run) -> None:
+def test_a_failed_test_shows_its_own_reason_and_the_broken_rules(run: Run) -> None:
     result = run(_BREAK + "def test_it(cell):\n    break_a_rule(cell)\n    assert 1 == 2\n")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["E *assert 1 == 2", "*rcx: broken rules in the cell*"])

@@ -38,7 +38,7 @@ def test_a_misspelt_key_of_the_ini_file_ends_the_run(run: Run, pytester: pytest.
         ("setup.cfg", "[tool:pytest]\nrcx_robott = robot.toml\n"),
     ],
 )
-def test_so_it_is_in_every_file_that_pytest_reads(
+def test_a_misspelt_key_ends_the_run_in_every_file_that_pytest_reads(
     pytester: pytest.Pytester, file: str, text: str
 ) -> None:
     (pytester.path / file).write_text(text, encoding="utf-8")

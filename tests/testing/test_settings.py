@@ -9,14 +9,6 @@ import pytest
 Run = Callable[..., pytest.RunResult]
 
 _SHOW = "def test_it(cell):\n    print('scan', cell.timing.scan_us)\n"
-_USAGE = pytest.ExitCode.USAGE_ERROR
-
-
-def _refused(result: pytest.RunResult, message: str) -> None:
-    """It ended before any test, with one message and no traceback."""
-    assert result.ret == _USAGE
-    result.stderr.fnmatch_lines([f"*{message}*"])
-    assert "Traceback" not in result.stderr.str() + result.stdout.str()
 
 
 def test_cell_is_the_program_of_the_ini_file_and_robot_its_robot(run: Run) -> None:
@@ -148,7 +140,7 @@ def test_the_link_may_be_ethernet_ip(run: Run) -> None:
     result.assert_outcomes(passed=1)
 
 
-def test_the_header_tells_version_engine_link_and_seed(run: Run) -> None:
+def test_the_header_shows_version_engine_link_and_seed(run: Run) -> None:
     result = run(_SHOW, "--rcx-seed", "42")
     result.stdout.re_match_lines(
         [r"rcx-harness \d+\.\d+\.\d+: engine builtin, link direct, seed 42"]
@@ -187,39 +179,31 @@ def test_a_wrong_marker_is_one_message(run: Run) -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "message"),
+    ("options", "ini", "message"),
     [
-        ("seed", "many", "rcx_seed is 'many', not a whole number"),
-        ("size", "48 256", "rcx_size is '48 256', not a whole number"),
-        ("scan", "fast", "not a duration: 'fast'"),
-        ("robot", "none.toml", "none.toml"),
-        ("sources", "nothing/*.st", "no file is called nothing"),
-        ("artifacts", "pytest.ini", "is no folder"),
+        ([], {"seed": "many"}, "rcx_seed is 'many', not a whole number"),
+        ([], {"size": "48 256"}, "rcx_size is '48 256', not a whole number"),
+        ([], {"scan": "fast"}, "not a duration: 'fast'"),
+        ([], {"robot": "none.toml"}, "none.toml"),
+        ([], {"sources": "nothing/*.st"}, "no file is called nothing"),
+        ([], {"artifacts": "pytest.ini"}, "is no folder"),
+        (["--rcx-engine", "steam"], {}, "invalid choice: 'steam'"),
+        (["--rcx-link", "rope"], {}, "invalid choice: 'rope'"),
+        (["--rcx-seed", "many"], {}, "invalid int value: 'many'"),
+        (["--rcx-scan", "fast"], {}, "not a duration: 'fast'"),
+        (["--rcx-robot", "none.toml"], {}, "none.toml"),
     ],
 )
-def test_a_wrong_key_of_the_ini_file_ends_the_run_with_one_message(
-    run: Run, key: str, value: str, message: str
+def test_a_wrong_option_or_key_of_the_ini_file_ends_the_run_with_one_message(
+    run: Run, options: list[str], ini: dict[str, str], message: str
 ) -> None:
-    _refused(run(_SHOW, **{key: value}), message)
+    result = run(_SHOW, *options, **ini)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"*{message}*"])
+    assert "Traceback" not in result.stderr.str() + result.stdout.str()
 
 
-@pytest.mark.parametrize(
-    ("option", "value", "message"),
-    [
-        ("engine", "steam", "invalid choice: 'steam'"),
-        ("link", "rope", "invalid choice: 'rope'"),
-        ("seed", "many", "invalid int value: 'many'"),
-        ("scan", "fast", "not a duration: 'fast'"),
-        ("robot", "none.toml", "none.toml"),
-    ],
-)
-def test_a_wrong_option_ends_the_run_with_one_message(
-    run: Run, option: str, value: str, message: str
-) -> None:
-    _refused(run(_SHOW, f"--rcx-{option}", value), message)
-
-
-def test_a_bare_number_that_is_refused_as_a_time_is_told_to_be_microseconds(run: Run) -> None:
+def test_a_refused_bare_number_is_explained_as_microseconds(run: Run) -> None:
     wrong = {
         "scan=5": "*the scan is 0.005 ms; *; a bare number is microseconds; write '5ms'",
         "rpi=10": "*the RPI is 0.01 ms; *; a bare number is microseconds; write '10ms'",

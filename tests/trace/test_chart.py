@@ -92,10 +92,7 @@ def test_the_svg_names_every_signal_and_time_and_is_the_same_every_time() -> Non
     names = ("SI(01) Servo ON input", "SO(02) Servo ON status output")
     for expected in ("a < b", *names, "250", "MovePtp"):
         assert expected in texts
-    assert [text for text in texts if text and text.startswith("0x")] == [
-        "0x0100",
-        "0x0200",
-    ]
+    assert [text for text in texts if text and text.startswith("0x")] == ["0x0100", "0x0200"]
     assert "+50" in texts
 
 
@@ -142,7 +139,7 @@ def test_texts_of_a_chart_in_ascii_are_in_ascii_and_pictures_are_of_whole_charac
     [(0x0001, "MovePtp"), (0x2001, "MovePtp R2"), (0x0FFF, "0x0FFF"), (0x1100, "0x1100")],
 )
 def test_a_code_is_shown_by_the_commands_name_or_as_it_is(code: int, name: str) -> None:
-    """0x0100, WritePoint, takes no robot: with one it is no command."""
+    """0x0100, WritePoint, takes no robot; with a robot it is not a command."""
     assert command_name(code) == name
 
 
@@ -159,7 +156,7 @@ def test_variables_that_rest_are_left_out_where_there_are_many() -> None:
     assert lanes(17) == ["Main.V3"]
 
 
-def test_positions_are_values_at_the_columns_and_make_none() -> None:
+def test_positions_make_no_columns() -> None:
     timeline = Timeline(Trace({}, axes=[["X [mm]"]]))
     for ms in range(0, 1000, 5):
         timeline.take(Cycle(ms * 1000, 0, b"", area(), 1, (ms / 10,)))

@@ -61,9 +61,7 @@ def off(made: Timeline) -> set[str]:
         (SI00, SO00, set()),
     ],
 )
-def test_an_answer_that_never_came_and_what_was_missing_have_a_line(
-    si: int, so: int, expected: set[str]
-) -> None:
+def test_an_answer_that_never_came_has_a_line(si: int, so: int, expected: set[str]) -> None:
     """Source: manual chapter 5, 2 and 3."""
     assert off(timeline((area(), area()), (area(so), area(si)))) == expected
 
@@ -97,7 +95,7 @@ def test_a_signal_that_a_broken_rule_names_has_a_line() -> None:
 
 
 def test_a_signal_that_the_cause_of_an_error_names_has_a_line_in_every_band() -> None:
-    """16#807B: SO(11) is OFF. It is watched, or told at the end of the run.
+    """16#807B: SO(11) is OFF. It is watched, or reported at the end of the run.
 
     Source: docs/reference/errors.md.
     """
@@ -106,7 +104,6 @@ def test_a_signal_that_the_cause_of_an_error_names_has_a_line_in_every_band() ->
     made.explain([0x807B, 0x1234])
     assert signals(made) == ["SO(02)", "SO(11)"] * signals(made).count("SO(02)")
     assert "SO(11) Return-to-origin complete status output" in svg_chart(made)
-
     watched = Timeline(Trace({}, watched={"Main.Fault": ElementaryType("WORD")}))
     for number, value in enumerate([0, 0x807B, 0]):
         watched.take(Scan(number, number, area(), area(), vars={"Main.Fault": value}))

@@ -1,4 +1,4 @@
-"""Traces that no run has written: one message with the line, whatever is in them."""
+"""Damaged and forged traces: one message with the line, whatever they contain."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_a_line_that_never_ends_is_read_up_to_the_limit(
         list(found)
 
 
-def test_a_clock_that_jumps_by_years_is_told(tmp_path: Path) -> None:
+def test_a_clock_that_jumps_by_years_is_reported(tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     file = _trace(
         tmp_path,

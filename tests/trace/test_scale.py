@@ -53,7 +53,7 @@ def test_a_line_is_so_much_time_and_a_character_its_share() -> None:
     ]
 
 
-def test_it_goes_on_in_lines_and_repeats_what_is_out() -> None:
+def test_a_further_line_repeats_the_command() -> None:
     lines = scaled_text(run(), WIDTH, line_us=400_000).splitlines()
     assert [line.split()[2] for line in lines if line.startswith("time")] == ["0", "400"]
     second = lines[lines.index("") + 1 :]
@@ -146,7 +146,7 @@ def test_the_same_run_gives_the_same_picture() -> None:
 
 
 @pytest.mark.parametrize("draw", [scaled_svg, scaled_text])
-def test_what_is_left_out_is_told(draw: object) -> None:
+def test_instants_that_are_left_out_are_reported(draw: object) -> None:
     assert callable(draw)
     assert "what comes after 500 ms is left out; make a line longer" in draw(run(), line_us=5_000)
     assert "left out" not in draw(run(), line_us=6_000)

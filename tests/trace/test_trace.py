@@ -45,16 +45,9 @@ def test_a_cell_writes_every_record_to_the_file(raw_cell: Build, tmp_path: Path)
     cell.run("100ms")
     cell.close()
     header, records = read_trace(file)
-    assert header == {
-        "format": "rcx-trace/1",
-        "scan_us": 10000,
-        "cycle_us": 5000,
-        "size": 48,
-        "engine": "builtin",
-        "link": "direct",
-        "seed": 4,
-        "watch": {"Main.Scans": "UDINT"},
-    }
+    assert header == {"format": "rcx-trace/1", "scan_us": 10000, "cycle_us": 5000, "size": 48,
+                      "engine": "builtin", "link": "direct", "seed": 4,
+                      "watch": {"Main.Scans": "UDINT"}}  # fmt: skip
     assert list(records) == list(cell.trace)
     assert {type(record) for record in cell.trace} == {Scan, Cycle, Violation}
     assert cell.trace.scans()[-1].vars == {"Main.Scans": 10}
@@ -82,28 +75,20 @@ def test_two_runs_of_one_seed_are_the_same_bytes(raw_cell: Build, tmp_path: Path
     [
         ("", "t.jsonl: is empty; a trace begins with a header"),
         ("{", "t.jsonl:1: not a line of a trace"),
-        (
-            '{"format":"rcx-trace/2"}\n',
-            "t.jsonl:1: is a trace of format rcx-trace/2, and this version of rcx reads",
-        ),
+        ('{"format":"rcx-trace/2"}\n',
+         "t.jsonl:1: is a trace of format rcx-trace/2, and this version of rcx reads"),
         ("{}\n", "t.jsonl:1: not a trace of format rcx-trace/1"),
-        (
-            '{"format":"rcx-trace/1","size":49}\n',
-            "t.jsonl:1: size is 49; the areas of a controller",
-        ),
+        ('{"format":"rcx-trace/1","size":49}\n',
+         "t.jsonl:1: size is 49; the areas of a controller"),
         ('{"format":"rcx-trace/1","size":"48"}\n', "t.jsonl:1: size is '48', and not a number"),
         ('{"format":"rcx-trace/1","scan_us":-1}\n', "t.jsonl:1: scan_us is -1, and not a number"),
         ('{"format":"rcx-trace/1"}\nnonsense\n', "t.jsonl:2: not a line of a trace"),
         ('{"format":"rcx-trace/1"}\n{"t_us":1}\n', "t.jsonl:2: not a record of a trace"),
-        (
-            '{"format":"rcx-trace/1"}\n{"t_us":1,"scan":0,"so":"0g","si":""}\n',
-            "t.jsonl:2: not a record of a trace",
-        ),
+        ('{"format":"rcx-trace/1"}\n{"t_us":1,"scan":0,"so":"0g","si":""}\n',
+         "t.jsonl:2: not a record of a trace"),
     ],
-)
-def test_a_file_that_is_no_trace_is_told_with_its_line(
-    tmp_path: Path, text: str, message: str
-) -> None:
+)  # fmt: skip
+def test_a_file_that_is_no_trace_has_its_line(tmp_path: Path, text: str, message: str) -> None:
     file = tmp_path / "t.jsonl"
     file.write_text(text)
     with pytest.raises(InputError) as caught:
@@ -111,6 +96,6 @@ def test_a_file_that_is_no_trace_is_told_with_its_line(
     assert message in str(caught.value)
 
 
-def test_a_trace_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_missing_trace_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_trace(tmp_path / "none")

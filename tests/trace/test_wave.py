@@ -59,7 +59,7 @@ def test_the_same_run_gives_the_same_file(raw_cell: Build, tmp_path: Path) -> No
     assert (tmp_path / "a.vcd").read_bytes() == (tmp_path / "b.vcd").read_bytes()
 
 
-def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_an_unwritable_place_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
         Wave(tmp_path / "file" / "w.vcd")
@@ -80,15 +80,8 @@ def test_watched_variables_are_in_the_scopes_of_their_paths(tmp_path: Path) -> N
     trace = Trace({}, watched=types)
     wave = Wave(tmp_path / "w.vcd", trace=trace)
     first = [{"Speed": 0, "State": "IDLE"}], False, 0, 0.0, timedelta(0), "", 0
-    last = (
-        [{"Speed": -7, "State": "RUN"}],
-        True,
-        0x20,
-        1.5,
-        timedelta(milliseconds=1500),
-        "a b\u20ac",
-        -7,
-    )
+    last = ([{"Speed": -7, "State": "RUN"}], True, 0x20, 1.5, timedelta(milliseconds=1500),
+            "a b\u20ac", -7)  # fmt: skip
     for number, values in enumerate((first, last, last)):
         record = dict(zip(types, values, strict=True))
         wave.take(Scan(number * 10_000, number, bytes(48), bytes(48), record))

@@ -118,7 +118,7 @@ def test_a_condition_has_decided_where_what_was_skipped_could_not_outweigh_it(
         ([0, "NOT", False, "AND_THEN"], 0b01, False),
     ],
 )
-def test_what_follows_of_conditions_that_are_not_known(
+def test_unknown_conditions_leave_some_outcomes_open(
     code: list[int | bool | str], skipped: int, expected: bool | None
 ) -> None:
     """All that are known are FALSE."""
@@ -257,17 +257,12 @@ END_FUNCTION_BLOCK
 
 
 def test_functions_methods_and_properties_count_with_their_lines(run: Run) -> None:
-    """Of one file; what is not called of each is told with its own lines."""
+    """All are in one file; the parts that are not called are reported with their own lines."""
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     result = run(body, "    Axis : FB_Axis;\n    n : INT;\n", {"n": 4}, before=_METHODS)
-    assert sorted(result.pous) == [
-        ("FB_Axis", 6, 0),
-        ("FB_Axis.MoveTo", 8, 1),
-        ("FB_Axis.Position.Get", 17, 1),
-        ("FB_Axis.Position.Set", 20, 0),
-        ("F_Half", 1, 1),
-        ("P", 26, 1),
-    ]
+    assert sorted(result.pous) == [("FB_Axis", 6, 0), ("FB_Axis.MoveTo", 8, 1),
+                                   ("FB_Axis.Position.Get", 17, 1), ("FB_Axis.Position.Set", 20, 0),
+                                   ("F_Half", 1, 1), ("P", 26, 1)]  # fmt: skip
     # The line of an IF with its statements is executed where all of these are.
     assert missing(result) == "3, 11, 21, 24"
     assert sorted(gap.line for gap in gaps([result])) == [3, 10, 21, 24]
@@ -342,22 +337,13 @@ def test_a_replaced_body_counts_in_its_own_file(tmp_path: Path) -> None:
 
 #: The elements of coverage-04.dtd: their children in order, and the attributes they must have.
 _RATES = {"line-rate", "branch-rate", "complexity"}
-_DTD = {
-    "coverage": (
-        ["sources", "packages"],
-        {"lines-covered", "lines-valid", "branches-covered", "branches-valid"}
-        | {"version", "timestamp", *_RATES},
-    ),
-    "sources": (["source"], set()),
-    "source": ([], set()),
-    "packages": (["package"], set()),
-    "package": (["classes"], {"name", *_RATES}),
-    "classes": (["class"], set()),
-    "class": (["methods", "lines"], {"name", "filename", *_RATES}),
-    "methods": ([], set()),
-    "lines": (["line"], set()),
-    "line": ([], {"number", "hits"}),
-}
+_DTD = {"coverage": (["sources", "packages"], {"lines-covered", "lines-valid", "branches-covered",
+                                               "branches-valid"} | {"version", "timestamp",
+                                                                    *_RATES}),
+        "sources": (["source"], set()), "source": ([], set()), "packages": (["package"], set()),
+        "package": (["classes"], {"name", *_RATES}), "classes": (["class"], set()),
+        "class": (["methods", "lines"], {"name", "filename", *_RATES}), "methods": ([], set()),
+        "lines": (["line"], set()), "line": ([], {"number", "hits"})}  # fmt: skip
 
 
 @pytest.fixture
@@ -382,7 +368,7 @@ def test_cobertura_is_as_its_dtd_wants_it(result: FileResult, tmp_path: Path) ->
         )
     lines = {line.get("number"): line.attrib for line in root.iter("line")}
     assert [number for number, line in lines.items() if line["hits"] == "0"] == [
-        *("3", "11", "21", "24"),
+        *("3", "11", "21", "24")
     ]
     assert lines["10"] == {
         "number": "10",
@@ -453,6 +439,8 @@ def test_a_report_writes_over_its_own_files_only(result: FileResult, tmp_path: P
     write_report([result], folder, "cell", tmp_path)
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
     (folder / "P.html").write_text("mine")
-    with pytest.raises(InputError, match=r"P\.html: is there already, and is no coverage report"):
+    with pytest.raises(
+        InputError, match=r"P\.html: is there already, and is not a coverage report"
+    ):
         write_report([result], folder, "cell", tmp_path)
     assert (folder / "P.html").read_text() == "mine"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rcx_tools.evidence.mutants.suite import in_suite, spread
-from structured_text.mutants.engine import Workshop
+from rcx_tools.evidence.mutants.workshop import Workshop
 from structured_text.mutants.mutant import Mutant, Mutants
 from structured_text.mutants.operators import OPERATORS
 from structured_text.output.results import Results
@@ -189,9 +189,7 @@ def test_the_function_of_the_low_word_is_taken_for_that_of_the_high_one(house: P
     assert swapped == ["FC_Both := FC_MyHighWord(Value := Value);"]
 
 
-def test_a_mutant_is_correct_and_differs_from_the_original_and_from_all_others(
-    house: Path,
-) -> None:
+def test_a_mutant_is_correct_and_differs_from_the_original_and_from_all_others(house: Path) -> None:
     library = sorted((house / "plc" / "lib").rglob("*.st"))
     mutants = Mutants(house, library)
     made = list(mutants.of(house / "plc" / "lib" / "area" / "FB_Sample.st"))
@@ -245,9 +243,7 @@ def test_to_leave_out_what_changes_nothing_is_no_mistake(house: Path) -> None:
     assert [one.line - first for one in found] == [6, 7, 11, 12, 14]
 
 
-def test_a_sample_has_of_each_operator_one_first_and_is_the_same_for_the_same_seed(
-    house: Path,
-) -> None:
+def test_a_sample_has_each_operator_and_repeats_with_its_seed(house: Path) -> None:
     library = sorted((house / "plc" / "lib").rglob("*.st"))
     file = house / "plc" / "lib" / "area" / "FB_Sample.st"
     first, again, other = (Mutants(house, library).sample(file, 15, seed) for seed in (1, 1, 2))
@@ -257,10 +253,8 @@ def test_a_sample_has_of_each_operator_one_first_and_is_the_same_for_the_same_se
 
 
 @pytest.mark.parametrize("operator", ["relational", "default"])
-def test_a_mutant_is_put_into_programs_that_are_compiled_already(
-    house: Path, operator: str
-) -> None:
-    """One in a body is exchanged there; one in a declaration makes a new program."""
+def test_a_mutant_is_put_into_a_compiled_program(house: Path, operator: str) -> None:
+    """A change in a body is made in place; a change in a declaration makes a new program."""
     workshop = Workshop()
     paths = [house / "tests/data/library/Sample.st", *sorted((house / "plc/lib").rglob("*.st"))]
     project = workshop.load(paths)
@@ -351,7 +345,7 @@ def test_a_run_tells_killed_from_surviving_and_goes_on_where_it_ended(house: Pat
 
 
 @pytest.mark.exhaustive
-def test_tests_that_fail_with_the_original_are_told_and_judge_nothing(house: Path) -> None:
+def test_tests_that_fail_at_first_judge_nothing(house: Path) -> None:
     test = house / "tests/area/test_sample.py"
     test.write_text(_TEST.replace("== 2", "== 3"), encoding="utf-8")
     code, told, report = _run(house)
@@ -369,7 +363,7 @@ def test_the_suite_leaves_out_networks_and_most_of_the_long_fault_runs() -> None
     assert spread("abcdef", 9) == list("abcdef")
 
 
-def test_what_was_cut_off_in_the_list_of_outcomes_is_run_again(tmp_path: Path) -> None:
+def test_a_line_that_was_cut_off_is_run_again(tmp_path: Path) -> None:
     file = tmp_path / "mutants.jsonl"
     Results(file).add({"key": "a", "killed": True})
     with file.open("a", encoding="utf-8") as stream:

@@ -1,4 +1,4 @@
-"""What the cells of a campaign hold: one of them at a time, however many there are."""
+"""The memory of the cells of a campaign: one cell at a time, however many there are."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.errors import InputError
 
 @pytest.fixture
 def by_hand() -> Iterator[None]:
-    """Python's collector does nothing by itself: a cell that is gone was asked for."""
+    """Python's collector is off: a cell disappears only if the code under test frees it."""
     gc.disable()
     yield
     gc.enable()
@@ -38,7 +38,7 @@ def test_a_cell_is_gone_when_the_next_one_begins(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("by_hand")
-def test_what_is_older_than_the_cells_is_looked_at_again_after_them(tmp_path: Path) -> None:
+def test_older_objects_are_collected_after_the_cells(tmp_path: Path) -> None:
     """A collection for each cell is cheap only as long as the rest of the process is left out."""
     cells = _cells(tmp_path)
     assert gc.get_freeze_count() > 0
@@ -49,23 +49,14 @@ def test_what_is_older_than_the_cells_is_looked_at_again_after_them(tmp_path: Pa
 @pytest.mark.parametrize(
     ("name", "text", "shown"),
     [
-        (
-            "demands.py",
-            "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 1 / 0\n",
-            ":4: fed: ZeroDivisionError",
-        ),
-        (
-            "demands.py",
-            "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 5\n",
-            ":2: fed: a property returns int",
-        ),
-        (
-            "demands.toml",
-            '[[always]]\nname = "fed"\nthat = "Main.Nothing = 1"\n',
-            ": fed: Main.Nothing = 1: ",
-        ),
+        ("demands.py", "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 1 / 0\n",
+         ":4: fed: ZeroDivisionError"),
+        ("demands.py", "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 5\n",
+         ":2: fed: a property returns int"),
+        ("demands.toml", '[[always]]\nname = "fed"\nthat = "Main.Nothing = 1"\n',
+         ": fed: Main.Nothing = 1: "),
     ],
-)
+)  # fmt: skip
 def test_an_error_of_a_property_names_the_users_file(
     tmp_path: Path, name: str, text: str, shown: str
 ) -> None:

@@ -192,7 +192,7 @@ def test_blocks_inside_a_block_of_the_user_are_watched_each_by_itself(build: Bui
     assert told(cell) == [f"3: Station.Origin {SKIPPED}"]
 
 
-def test_blocks_inside_those_of_the_library_are_its_own_affair(build: Build) -> None:
+def test_blocks_inside_blocks_of_the_library_are_not_judged(build: Build) -> None:
     """FB_PowerUp calls its parts as it needs them."""
     cell = build(f"{READ} {POWER} IF Gate THEN {ORIGIN} END_IF; {WRITE}")
     cell["Main.Go"] = True

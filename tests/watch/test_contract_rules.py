@@ -154,16 +154,12 @@ def test_each_clause_of_an_edge_block_is_reported_alone(
 @pytest.mark.parametrize(
     "scans", ["- X XB XD", "- XD X XD", "- XD D D -", "- B D -", "- XD XB XD", "- XD B D -"]
 )
-def test_what_needs_the_execute_of_the_call_is_left_out_where_the_call_is_not_certain(
-    scans: str,
-) -> None:
+def test_clauses_about_execute_need_a_certain_call(scans: str) -> None:
     assert judge(scans, steady=False) == []
 
 
 @pytest.mark.parametrize("scans", ["- NB B V -", "- N NV -", "- NEI EI -"])
-def test_what_needs_the_enable_of_the_call_is_left_out_where_the_call_is_not_certain(
-    scans: str,
-) -> None:
+def test_clauses_about_enable_need_a_certain_call(scans: str) -> None:
     assert judge(scans, LEVEL, steady=False) == []
 
 
@@ -173,7 +169,7 @@ def test_a_block_in_a_block_may_be_called_twice_where_its_call_is_not_certain() 
     assert judge("- XB B -", steady=False) == [(3, FELL)]
 
 
-def test_a_fault_that_lasts_is_told_once_and_again_when_it_comes_anew() -> None:
+def test_a_lasting_fault_is_reported_once_and_again_when_it_returns() -> None:
     assert [scan for scan, _ in judge("- XBA XDA XDA XD XDA -", steady=False)] == [2, 5]
 
 

@@ -21,8 +21,15 @@ WRITE = "WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := Safe,
 SERVO = "Servo(Robot := Robot, Execute := Go);"
 MOVE = "Move(Robot := Robot, Execute := Go);"
 BIT = "Bit(Robot := Robot, Image := InputArea);"
+STATIONS = "Station(Robot := Robot, Image := InputArea, Online := Connected, Go := Go);"
+NOT_WIRED = "Connected of ReadArea is not wired and stays FALSE: "
 
 Check = Callable[..., list[str]]
+
+
+def of(call: str, robot: str) -> str:
+    """Return the call for another robot."""
+    return call.replace(":= Robot", f":= {robot}")
 
 
 def _block(name: str, pins: str, image: bool = False) -> str:
@@ -122,21 +129,12 @@ def check(tmp_path: Path) -> Check:
             MOVE,
             "WriteArea(Robot := Robot, Image := OutputArea);",
         ),
-        ("Station(Robot := Robot, Image := InputArea, Online := Connected, Go := Go);", WRITE),
-        (
-            READ.replace(":= Robot", ":= Cell.Robot"),
-            MOVE.replace(":= Robot", ":= CELL.ROBOT"),
-            WRITE.replace(":= Robot", ":= Cell.robot"),
-        ),
+        (STATIONS, WRITE),
+        (of(READ, "Cell.Robot"), of(MOVE, "CELL.ROBOT"), of(WRITE, "Cell.robot")),
         # An index that the program chooses: it may be any robot.
-        (
-            "k := 1;",
-            READ.replace(":= Robot", ":= Robots[k]"),
-            MOVE.replace(":= Robot", ":= Robots[2]"),
-            WRITE.replace(":= Robot", ":= Robots[k]"),
-        ),
+        ("k := 1;", of(READ, "Robots[k]"), of(MOVE, "Robots[2]"), of(WRITE, "Robots[k]")),
         # A copy of a robot: whose requests go out is not settled.
-        (READ, "Other := Robot;", MOVE.replace(":= Robot", ":= Other"), "Robot := Other;", WRITE),
+        (READ, "Other := Robot;", of(MOVE, "Other"), "Robot := Other;", WRITE),
         ("IF Go THEN", READ, "END_IF;", MOVE, WRITE),
         ("Go := Connected;",),
     ],
@@ -165,39 +163,31 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
             ],
         ),
         (
-            (READ, MOVE.replace(":= Robot", ":= Other"), SERVO, WRITE),
+            (READ, of(MOVE, "Other"), SERVO, WRITE),
             [
                 "2: Move is called for Other, but neither FB_ReadArea nor FB_WriteArea is: "
                 "its blocks see no controller and nothing goes out; "
             ],
         ),
         (
-            (READ, SERVO, WRITE.replace(":= Robot", ":= Other")),
+            (READ, SERVO, of(WRITE, "Other")),
             [
                 "2: Servo is called for Robot, but FB_WriteArea is not: ",
                 "3: WriteArea is called for Other, but FB_ReadArea is not: ",
             ],
         ),
         (
-            (
-                READ.replace(":= Robot", ":= Robots[1]"),
-                MOVE.replace(":= Robot", ":= Robots[2]"),
-                WRITE.replace(":= Robot", ":= Robots[1]"),
-            ),
+            (of(READ, "Robots[1]"), of(MOVE, "Robots[2]"), of(WRITE, "Robots[1]")),
             ["2: Move is called for Robots[2], but neither FB_ReadArea nor FB_WriteArea is: "],
         ),
         (
             (READ.replace(", Connected := Connected", ""), MOVE, WRITE),
             [
-                "1: Connected of ReadArea is not wired and stays FALSE: nothing that the "
-                "controller sends is believed, and every block of Robot ends in error 16#8001 "
-                "(Not connected); "
+                f"1: {NOT_WIRED}nothing that the controller sends is believed, and every block of "
+                "Robot ends in error 16#8001 (Not connected); "
             ],
         ),
-        (
-            (READ.replace(":= Connected", ":= FALSE"), WRITE),
-            ["1: Connected of ReadArea is not wired and stays FALSE: "],
-        ),
+        ((READ.replace(":= Connected", ":= FALSE"), WRITE), [f"1: {NOT_WIRED}"]),
         (
             (READ, SERVO, WRITE.replace("EmergencyStopOk := Safe, ", "")),
             [
@@ -214,18 +204,12 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
             ],
         ),
         (
-            ("Station(Robot := Robot, Image := InputArea, Go := Go);", WRITE),
-            [
-                "ReadArea(Robot := Robot, Image := Image, Connected := Online);: "
-                "Connected of ReadArea is not wired and stays FALSE: "
-            ],
+            (STATIONS.replace("Online := Connected, ", ""), WRITE),
+            [f"ReadArea(Robot := Robot, Image := Image, Connected := Online);: {NOT_WIRED}"],
         ),
         (
-            ("Station(Robot := Robot, Image := InputArea, Online := Connected);",),
-            [
-                "Move(Robot := Robot, Execute := Go);: "
-                "Move is called for Robot, but FB_WriteArea is not: "
-            ],
+            (STATIONS.replace(", Go := Go", ""),),
+            [f"{MOVE}: Move is called for Robot, but FB_WriteArea is not: "],
         ),
         (
             (READ, "Copied(Robot := Robot, Go := Go);", WRITE),
@@ -262,11 +246,11 @@ def test_a_first_mistake_is_named_with_its_line(
     assert [one[: len(begin)] for one, begin in zip(found, expected, strict=True)] == expected
 
 
-def test_what_is_declared_but_not_called_and_what_may_be_meant_is_said(check: Check) -> None:
+def test_a_declared_block_and_a_likely_name_are_suggested(check: Check) -> None:
     """Source: CONTRIBUTING.md, a message says what to do."""
     [found] = check(MOVE, WRITE)
     assert found.endswith(f"; ReadArea is declared in line {FIRST - 9}, but not called")
-    [found] = check(READ, MOVE.replace(":= Robot", ":= Other"), WRITE)
+    [found] = check(READ, of(MOVE, "Other"), WRITE)
     assert found.endswith(", or use Robot")
 
 
@@ -286,10 +270,9 @@ INNER += f" VAR ReadArea : FB_ReadArea; END_VAR {READ} END_FUNCTION_BLOCK\n"
 #: Whole programs whose source says less, or says it in the language of other tools.
 OTHERS = {
     "a pointer": f"PROGRAM Main {OWN} VAR P : POINTER TO RCX_REF; END_VAR P := ADR(Robot);"
-    f"{READ.replace(':= Robot', ':= P^')} {MOVE} {WRITE.replace(':= Robot', ':= P^')} END_PROGRAM",
+    f"{of(READ, 'P^')} {MOVE} {of(WRITE, 'P^')} END_PROGRAM",
     "a reference": f"PROGRAM Main {OWN} VAR Ref : REFERENCE TO RCX_REF; END_VAR Ref REF= Robot;"
-    f"{READ.replace(':= Robot', ':= Ref')} {MOVE} {WRITE.replace(':= Robot', ':= Ref')}"
-    " END_PROGRAM",
+    f"{of(READ, 'Ref')} {MOVE} {of(WRITE, 'Ref')} END_PROGRAM",
     "a method": f"FUNCTION_BLOCK FB_Cell {OWN} METHOD Run : BOOL {READ} {MOVE} {WRITE} END_METHOD\n"
     "END_FUNCTION_BLOCK PROGRAM Main VAR Cell : FB_Cell; END_VAR Cell.Run(); END_PROGRAM",
     "a block that extends another": "FUNCTION_BLOCK FB_Mine EXTENDS FB_In VAR Move : FB_MovePtp;"
@@ -329,7 +312,7 @@ def _whole(folder: Path, text: str) -> list[str]:
 
 
 @pytest.mark.parametrize("text", OTHERS.values(), ids=OTHERS)
-def test_what_the_source_does_not_settle_is_not_reported(tmp_path: Path, text: str) -> None:
+def test_unclear_sources_are_not_reported(tmp_path: Path, text: str) -> None:
     """Source: docs/how-to/testing.md, first mistakes."""
     assert _whole(tmp_path, text) == []
 
@@ -340,21 +323,11 @@ def test_what_the_source_does_not_settle_is_not_reported(tmp_path: Path, text: s
         ("a method", WRITE, "", "Move is called for Cell.Robot, but FB_WriteArea is not: "),
         ("a method", READ, READ_OPEN, "Connected of ReadArea is not wired"),
         ("a pin that is assigned", "In.Connected := Go;", "", "Connected of ReadArea is not wired"),
-        (
-            "two programs with a global robot",
-            WRITE,
-            "",
-            "Move is called for Robot, but FB_WriteArea",
-        ),
-        (
-            "a block that extends another",
-            WRITE,
-            "",
-            "Move is called for Robot, but FB_WriteArea is",
-        ),
+        ("two programs with a global robot", WRITE, "", "Move is called for Robot, but FB_WriteA"),
+        ("a block that extends another", WRITE, "", "Move is called for Robot, but FB_WriteArea"),
     ],
 )
-def test_what_it_settles_is_found_there_too(
+def test_mistakes_in_such_programs_are_found_if_the_source_is_clear(
     tmp_path: Path, name: str, old: str, new: str, finding: str
 ) -> None:
     """Source: docs/how-to/testing.md, first mistakes."""

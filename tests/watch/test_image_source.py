@@ -171,7 +171,7 @@ def _cell(build_cell: Build, folder: Path, way: Way) -> Cell:
 
 
 @pytest.mark.parametrize("way", RUNS.values(), ids=RUNS.keys())
-def test_what_the_robot_sends_is_read_whatever_the_variables_are_called(
+def test_the_robots_image_is_read_whatever_the_variables_are_called(
     build_cell: Build, tmp_path: Path, way: Way
 ) -> None:
     """SO(01) CPU_OK is bit 1 of byte 32; the command's code is in bytes 0 and 1.
@@ -188,11 +188,8 @@ def test_what_the_robot_sends_is_read_whatever_the_variables_are_called(
 
 @pytest.mark.exhaustive(
     but=[
-        "a number",
-        "one that a block copies",
-        "an image of another name",
-        "one that a pointer leads to",
-        "an array without an address",
+        *("a number", "one that a block copies", "an image of another name"),
+        *("one that a pointer leads to", "an array without an address"),
     ]
 )
 @pytest.mark.parametrize(("way", "text"), WARNED.values(), ids=WARNED.keys())

@@ -33,6 +33,6 @@ def test_every_rule_has_its_section(rule: str) -> None:
         ("no rule", ""),
     ],
 )
-def test_a_section_is_the_one_of_the_manual(rule: str, section: str) -> None:
+def test_each_rule_names_its_section_of_the_manual(rule: str, section: str) -> None:
     """Source: manual chapter 5, 3, caution; guide 1.1 (held; data first) and 1.2 (ready status)."""
     assert section_of(rule) == section

@@ -10,6 +10,8 @@ from rcx_harness import Cell, RobotConfig
 from rcx_harness.watch.wire import WireMonitor
 
 Build = Callable[..., Cell]
+#: Variables of the program to set, and how long to run then.
+Steps = list[tuple[dict[str, int], str]]
 
 #: SI(00), SI(01), SI(06) in byte n+32; SI(15) in byte n+33.
 SI00, SI01, SI06, SI15 = 0x01, 0x02, 0x40, 0x20
@@ -31,10 +33,6 @@ def found(cell: Cell, side: str) -> list[str]:
     return [one.rule for one in cell.violations if one.text.startswith(side)]
 
 
-def texts(cell: Cell) -> list[str]:
-    return [one.text for one in cell.violations if one.text.startswith("plc")]
-
-
 def test_changes_100_ms_apart_break_no_rule(cell: Cell) -> None:
     """Source: manual chapter 5, 3.1, caution."""
     for bits in (SI00, SI00 | SI06, SI00 | SI06 | SI01, SI00 | SI06):
@@ -43,106 +41,77 @@ def test_changes_100_ms_apart_break_no_rule(cell: Cell) -> None:
     assert not cell.violations
 
 
-def test_a_change_90_ms_after_another_is_reported_by_both_sides(cell: Cell) -> None:
-    """The interval also counts between different dedicated inputs.
+HELD = "while the status read was 16#0100; held until 16#0200 or 16#4000 is read"
 
-    Source: manual chapter 5, 3.1, caution.
+
+@pytest.mark.parametrize(
+    ("steps", "plc", "robot"),
+    [
+        pytest.param(
+            [({"Bits0": SI00}, "90ms"), ({"Bits0": SI00 | SI06}, "100ms")],
+            ["scan 19: interval: SI(06) ON only 90 ms after SI(00) ON; at least 100 ms"],
+            ["interval"],
+            id="90 ms between different dedicated inputs",
+        ),
+        pytest.param(
+            [({"Bits0": SI00, "Bits1": SI15}, "50ms")],
+            [
+                "scan 10: interval: SI(00) ON and SI(15) ON in one scan; "
+                "one change at a time, 100 ms apart"
+            ],
+            ["interval"],
+            id="two changes in one scan",
+        ),
+        pytest.param(
+            [({"Bits0": 0x04, "Reserved": 0x80}, "100ms")],
+            [
+                "scan 10: reserved: the reserved bit (n+32) 2 was set; it must stay OFF",
+                "scan 10: reserved: the reserved bytes n+46, n+47 became 80 00",
+            ],
+            ["reserved"],
+            id="reserved bits and bytes, once per change",
+        ),
+        pytest.param(
+            [({"Data": 4, "Code": MOVE}, "20ms")],
+            [
+                "scan 10: data before code: n+2 changed together with the code 16#0001; "
+                "data must be there one scan before"
+            ],
+            [],
+            id="data that comes with the code",
+        ),
+        pytest.param(
+            [({"Code": REFERENCE}, "100ms"), ({"Code": 0}, "50ms")],
+            [f"scan 20: command held: the code changed from 16#0101 to 16#0000 {HELD}"],
+            ["hold-command"],
+            id="a code cleared before its end",
+        ),
+        pytest.param(
+            [({"Code": REFERENCE}, "100ms"), ({"Data": 1}, "50ms")],
+            [f"scan 20: command held: n+2 changed with the code 16#0101 out {HELD}"],
+            ["hold-command"],
+            id="data changed while the command runs",
+        ),
+    ],
+)
+def test_a_broken_rule_is_reported_by_both_sides(
+    raw_cell: Build, steps: Steps, plc: list[str], robot: list[str]
+) -> None:
+    """Dedicated inputs need 100 ms between changes; code and data are held until the end.
+
+    Source: manual chapter 5, 1, note 1; 3.1, caution; guide chapter 1, 1.1, note; chapter 2,
+    steps 1 and 2.
     """
-    cell["Main.Bits0"] = SI00
-    cell.run("90ms")
-    cell["Main.Bits0"] = SI00 | SI06
+    cell = raw_cell(scan="10ms", rpi="10ms", robot=SLOW)
     cell.run("100ms")
-    assert texts(cell) == [
-        "plc, scan 19: interval: SI(06) ON only 90 ms after SI(00) ON; at least 100 ms"
+    for values, duration in steps:
+        for name, value in values.items():
+            cell[f"Main.{name}"] = value
+        cell.run(duration)
+    assert [one.text for one in cell.violations if one.text.startswith("plc")] == [
+        f"plc, {text}" for text in plc
     ]
-    assert cell.violations[0].t_us == 190_000
-    assert found(cell, "robot") == ["interval"]
-
-
-def test_two_changes_in_one_scan_are_an_interval_of_0(cell: Cell) -> None:
-    """Source: manual chapter 5, 3.1, caution."""
-    cell["Main.Bits0"] = SI00
-    cell["Main.Bits1"] = SI15
-    cell.run("50ms")
-    assert texts(cell) == [
-        "plc, scan 10: interval: SI(00) ON and SI(15) ON in one scan; "
-        "one change at a time, 100 ms apart"
-    ]
-    assert found(cell, "robot") == ["interval"]
-
-
-def test_a_safety_switch_off_may_come_at_once_and_restarts_the_interval(cell: Cell) -> None:
-    cell["Main.Bits0"] = SI00
-    cell.run("100ms")
-    cell["Main.Bits0"] = SI00 | SI06
-    cell.run("20ms")
-    cell["Main.Bits0"] = 0
-    cell.run("20ms")
-    assert not cell.violations
-    cell["Main.Bits0"] = SI00
-    cell.run("50ms")
-    assert found(cell, "plc") == ["interval"]
-    assert found(cell, "robot") == ["interval"]
-
-
-def test_reserved_bits_and_bytes_are_reported_once_per_change(cell: Cell) -> None:
-    """Source: manual chapter 5, 1, note 1."""
-    cell["Main.Bits0"] = 0x04
-    cell["Main.Reserved"] = 0x80
-    cell.run("100ms")
-    assert texts(cell) == [
-        "plc, scan 10: reserved: the reserved bit (n+32) 2 was set; it must stay OFF",
-        "plc, scan 10: reserved: the reserved bytes n+46, n+47 became 80 00",
-    ]
-    assert found(cell, "robot") == ["reserved"]
-
-
-def test_data_that_comes_with_the_code_is_reported(cell: Cell) -> None:
-    """Command data must be there before the remote command is set.
-
-    Source: guide chapter 1, 1.1, note; chapter 2, steps 1 and 2.
-    """
-    cell["Main.Data"] = 4
-    cell["Main.Code"] = MOVE
-    cell.run("20ms")
-    assert texts(cell) == [
-        "plc, scan 10: data before code: n+2 changed together with the code 16#0001; "
-        "data must be there one scan before"
-    ]
-
-
-def test_a_code_cleared_before_its_end_is_reported_by_both_sides(raw_cell: Build) -> None:
-    """A remote command must be held until 0x0200 or 0x4000.
-
-    Source: guide chapter 1, 1.1, note.
-    """
-    cell = raw_cell(robot=SLOW)
-    cell.run("100ms")
-    cell["Main.Code"] = REFERENCE
-    cell.run("100ms")
-    cell["Main.Code"] = 0
-    cell.run("50ms")
-    assert texts(cell) == [
-        "plc, scan 20: command held: the code changed from 16#0101 to 16#0000 while the status "
-        "read was 16#0100; held until 16#0200 or 16#4000 is read"
-    ]
-    assert len(found(cell, "robot")) == 1
-
-
-def test_data_changed_while_the_command_runs_is_reported_by_both_sides(raw_cell: Build) -> None:
-    """Source: guide chapter 1, 1.1, note."""
-    cell = raw_cell(robot=SLOW)
-    cell.run("100ms")
-    cell["Main.Code"] = REFERENCE
-    cell.run("100ms")
-    assert cell["Main.Status"] == 0x01
-    cell["Main.Data"] = 1
-    cell.run("50ms")
-    assert texts(cell) == [
-        "plc, scan 20: command held: n+2 changed with the code 16#0101 out while the status "
-        "read was 16#0100; held until 16#0200 or 16#4000 is read"
-    ]
-    assert len(found(cell, "robot")) == 1
+    assert found(cell, "robot") == robot
 
 
 def test_a_code_without_ready_status_is_reported_by_both_sides(cell: Cell) -> None:
@@ -155,7 +124,7 @@ def test_a_code_without_ready_status_is_reported_by_both_sides(cell: Cell) -> No
     cell["Main.Code"] = MOVE
     cell.run("50ms")
     assert found(cell, "plc") == ["ready before code"]
-    assert texts(cell)[0].endswith(
+    assert cell.violations[0].text.endswith(
         "the code 16#0001 went out while the status read was 16#4000; expected 16#0000"
     )
     assert len(found(cell, "robot")) == 1
@@ -189,7 +158,7 @@ def test_a_continuous_output_may_be_ended_by_the_status_reset(cell: Cell) -> Non
     assert not cell.violations
 
 
-def test_what_is_written_without_a_link_is_not_judged(cell: Cell) -> None:
+def test_writes_without_a_link_are_not_judged(cell: Cell) -> None:
     """After recovery the first image is taken as it is."""
     cell["Main.Bits0"] = SI00
     cell.run("100ms")

@@ -188,7 +188,7 @@ def test_servo_on_needs_the_emergency_stop_input_only() -> None:
 
 
 @pytest.mark.parametrize("bit", [SI10, SI15, SI16])
-def test_what_starts_no_movement_may_come_in_a_stop(bit: int) -> None:
+def test_inputs_that_start_no_movement_may_come_in_a_stop(bit: int) -> None:
     assert judge(*bits((0, 0), (100, bit), (200, 0))) == []
 
 
@@ -340,22 +340,18 @@ def test_a_code_goes_out_at_the_status_0000_only(status: int) -> None:
     assert judge(Scan(0), Scan(10, code=1, status=status)) == [f"10 ready before code: {text}"]
 
 
-def test_a_code_that_follows_another_without_the_reset_is_not_ready() -> None:
-    """Source: guide chapter 2, steps 5 and 6."""
-    out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=END))
-    text = "the code 16#0102 went out while the status read was 16#0200; expected 16#0000"
-    assert judge(*out, Scan(30, code=0x0102, status=END)) == [f"30 ready before code: {text}"]
-
-
-def test_data_that_come_with_a_code_that_follows_another_are_not_told_besides() -> None:
-    """After the end both may change; what is wrong is the code without the reset.
+@pytest.mark.parametrize("data", [None, {4: 1}])
+def test_a_code_that_follows_another_without_the_reset_is_not_ready(
+    data: dict[int, int] | None,
+) -> None:
+    """After the end code and data may change; what is wrong is the code without the reset.
 
     Source: guide chapter 2, steps 5 and 6.
     """
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=END))
     text = "the code 16#0102 went out while the status read was 16#0200; expected 16#0000"
-    with_data = Scan(30, code=0x0102, data={4: 1}, status=END)
-    assert judge(*out, with_data) == [f"30 ready before code: {text}"]
+    following = Scan(30, code=0x0102, data=data, status=END)
+    assert judge(*out, following) == [f"30 ready before code: {text}"]
 
 
 def test_a_code_that_was_out_before_the_link_came_is_not_judged() -> None:
@@ -366,7 +362,7 @@ def test_a_code_that_was_out_before_the_link_came_is_not_judged() -> None:
     assert (found, monitor.commands) == ([], 0)
 
 
-def test_what_is_written_in_the_scan_of_a_loss_or_of_a_recovery_is_not_judged() -> None:
+def test_writes_in_the_scan_of_a_loss_or_recovery_are_not_judged() -> None:
     away = Scan(10, SI15 | SI16 | 4, data={46: 1}, connected=False)
     assert judge(Scan(0), away) == []
     assert judge(Scan(0), Scan(5, connected=False), away._replace(connected=True)) == []

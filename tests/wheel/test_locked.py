@@ -73,9 +73,7 @@ def test_the_lock_is_that_of_the_pyproject(repository: Path, python: str) -> Non
 
 
 @pytest.mark.parametrize("python", _PYTHONS)
-def test_what_installs_the_rest_is_locked_to_the_same_versions(
-    repository: Path, python: str
-) -> None:
+def test_the_build_tools_are_locked_to_the_same_versions(repository: Path, python: str) -> None:
     folder = repository / "requirements"
     build, every = _pins(folder / "build.txt", python), _pins(folder / "dev.txt", python)
     assert {name: every[name] for name in build} == build

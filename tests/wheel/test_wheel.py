@@ -73,7 +73,7 @@ def test_library_tables_and_template_are_in_it_as_in_the_repository(
         assert {name: held[name] for name in held if name.startswith(place + "/")} == expected
 
 
-def test_of_the_packages_only_what_users_need_is_in_it(wheel: Path) -> None:
+def test_the_wheel_has_only_the_packages_that_users_need(wheel: Path) -> None:
     """Source: docs/explanation/architecture.md, the rooms."""
     with ZipFile(wheel) as archive:
         tops = {name.partition("/")[0] for name in archive.namelist()}

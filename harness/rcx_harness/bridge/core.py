@@ -140,8 +140,6 @@ class PlcSeen:
     """An answer of the PLC, which has also accepted the previous write.
 
     Attributes:
-        area: Its output words as bytes.
-        beat: Its heartbeat word.
         asked_us: Time of the request, in microseconds of the clock of `Bridge.step`.
     """
 
@@ -173,7 +171,6 @@ class Actions:
         to_plc: The area from the robot, as words.
         life: The word that follows it: 0 while the PLC must regard its robot as not connected, else
             a number from 1 to 65535 that changes each time.
-        state: The state of the bridge.
         reason: The reason in words; empty while the bridge runs.
     """
 
@@ -192,10 +189,6 @@ class Bridge:
     a whole scan of its program has run since it accepted the zeros. Last, it must have cleared the
     remote command and the dedicated inputs. Only then the bridge runs. Otherwise a command from
     before the loss would start the robot again.
-
-    Args:
-        size: Bytes of each area, 48 or 256.
-        limits: Its time limits.
     """
 
     def __init__(self, size: int, limits: Limits) -> None:
@@ -213,10 +206,7 @@ class Bridge:
     def step(self, now_us: int, plc: PlcSeen | Lost, robot: RobotSeen | Lost) -> Actions:
         """Evaluate both sides once and return the outputs.
 
-        Args:
-            now_us: A clock that never goes back, in microseconds.
-            plc: Its answer; `Lost` also if the last write failed.
-            robot: The robot's latest area, or its loss.
+        `plc` is `Lost`, too, if the last write to it failed. `now_us` must never go back.
         """
         self._watch_plc(now_us, plc)
         state, reason = self._judge(now_us, plc, robot)

@@ -28,7 +28,7 @@ _VALID_GAPS = 2
 own process stands still, and nobody knows what the PLC wants."""
 
 
-class PlcPort(Protocol):
+class _PlcPort(Protocol):
     """The methods of `rcx_harness.bridge.plc.PlcLink` that the loop uses."""
 
     @property
@@ -41,7 +41,7 @@ class PlcPort(Protocol):
     def write(self, words: Sequence[int]) -> None: ...
 
 
-class RobotPort(Protocol):
+class _RobotPort(Protocol):
     """The methods of `rcx_harness.bridge.robot.RobotLink` that the loop uses."""
 
     def read(self) -> RobotSeen | Lost: ...
@@ -55,23 +55,13 @@ class Loop:
     A call blocks only until the PLC answers.
 
     Args:
-        plc: The PLC's registers.
-        robot: The robot's connection.
-        registers: Where the areas lie.
-        limits: Time limits of the bridge.
         on_state: Called at each change of state, with its reason.
-        clock_us: The clock, in microseconds.
-
-    Attributes:
-        state: State after the last exchange.
-        reason: Reason of this state.
-        figures: Statistics of the exchanges that succeeded.
     """
 
     def __init__(
         self,
-        plc: PlcPort,
-        robot: RobotPort,
+        plc: _PlcPort,
+        robot: _RobotPort,
         registers: Registers,
         limits: Limits,
         on_state: Callable[[State, str], None] = lambda state, reason: None,

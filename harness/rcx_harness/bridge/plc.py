@@ -37,9 +37,6 @@ class PlcLink:
     """The PLC's registers over Modbus TCP; the client can reconnect after any failure.
 
     Args:
-        host: Name or address of the PLC.
-        port: Its TCP port.
-        registers: Where the areas lie.
         unit: Modbus unit identifier, 0 to 255.
         timeout_s: Longest wait for an answer, in seconds.
         connect_s: Longest wait for a connection, in seconds.
@@ -70,11 +67,7 @@ class PlcLink:
         return self._client.connected
 
     def connect(self) -> None:
-        """Connect, unless there is a connection.
-
-        Raises:
-            PlcError: the connection cannot be established.
-        """
+        """Connect, unless there is a connection."""
         if self.connected:
             return
         try:
@@ -86,11 +79,7 @@ class PlcLink:
         self._client.socket = made
 
     def read(self) -> tuple[int, ...]:
-        """Read the area to the robot and the heartbeat that follows it, as words.
-
-        Raises:
-            PlcError: no answer in time, or a refusal.
-        """
+        """Read the area to the robot and the heartbeat that follows it, as words."""
         first = self._registers.read
         words: list[int] = []
         for start, count in self._registers.parts(first):
@@ -105,9 +94,6 @@ class PlcLink:
         """Write the area from the robot, and the life word that follows it.
 
         The life word is written last, so that the area is complete once it arrives.
-
-        Raises:
-            PlcError: no answer in time, or a refusal.
         """
         first = self._registers.write
         for start, count in self._registers.parts(first):

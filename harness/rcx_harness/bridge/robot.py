@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from rcx_harness.bridge.core import Lost, RobotSeen
-from rcx_harness.enip.originator.kept import KeptConnection
+from rcx_harness.enip.originator.persistent_connection import PersistentConnection
 
 __all__ = ["RobotLink"]
 
 
-class RobotLink(KeptConnection):
+class RobotLink(PersistentConnection):
     """The exclusive-owner connection to the robot."""
 
     def read(self) -> RobotSeen | Lost:

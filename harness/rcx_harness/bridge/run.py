@@ -42,18 +42,10 @@ class BridgeOptions:
     """The options of `rcx bridge`.
 
     Attributes:
-        plc_host: Name or address of the PLC.
-        plc_port: Its Modbus TCP port.
-        robot: Name or address of the controller.
-        robot_port: Its TCP port.
-        address: Address of this machine towards the controller; empty for the usual one.
-        registers: Where the areas lie in the PLC.
-        unit: Modbus unit identifier.
+        address: Address of this machine towards the controller; empty: the system chooses.
         period_us: Time from one exchange with the PLC to the next, in microseconds.
         rpi_us: Packet interval to and from the controller, in microseconds.
-        limits: Limits after which a side counts as lost.
-        wait: Start although a side is not there yet.
-        quiet: Print only problems.
+        wait: Start even if one side does not answer yet.
     """
 
     plc_host: str
@@ -73,18 +65,9 @@ class BridgeOptions:
 class Running(Closing):
     """A running bridge: one thread exchanges, another one reopens the robot's connection.
 
-    Args:
-        options: The options.
-
     Attributes:
-        loop: The exchange.
-        robot: The robot's side.
-        start_s: Start time, by the monotonic clock.
         news: Changes of state: monotonic time in seconds, state, reason; `None` if one of the
             threads has ended unexpectedly.
-
-    Raises:
-        InputError: a side that is not there or refuses, unless `wait`; bad options.
     """
 
     def __init__(self, options: BridgeOptions) -> None:
@@ -171,9 +154,6 @@ def bridge(options: BridgeOptions) -> int:
 
     Returns:
         0 after a signal, 1 if the exchange has ended unexpectedly.
-
-    Raises:
-        InputError: as `Running`.
     """
     stop = threading.Event()
     with told_to_end(stop.set), Running(options) as running:

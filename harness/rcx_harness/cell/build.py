@@ -8,29 +8,20 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcx_harness.cell.clock import Agenda, Timing
+from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.cell.node import Member
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec.wire import check_size
-from structured_text.bench.outputs import check_outputs
+from structured_text.bench.agenda import Agenda
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 from structured_text.output.units import whole
 
+__all__ = ["Areas", "Robots", "make_agenda", "make_link", "make_members", "make_robot", "several"]
+
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
-
-__all__ = [
-    "Areas",
-    "Robots",
-    "check_outputs",
-    "make_agenda",
-    "make_link",
-    "make_members",
-    "make_robot",
-    "several",
-]
 
 #: Largest offset in a process image.
 _LAST_BYTE = 0xFFFFFF
@@ -47,9 +38,6 @@ def make_robot(
     """Return a controller made from its properties or from a robot file.
 
     If the robot does not specify a size, the size of the PLC's areas is used.
-
-    Raises:
-        InputError: the file cannot be read or is wrong, or areas cannot have this size.
     """
     if size is not None:
         check_size(size)
@@ -82,12 +70,7 @@ def make_members(
     seed: int,
     connect: Elsewhere | None = None,
 ) -> list[Member]:
-    """Return the controllers of a cell, each with its link and its areas.
-
-    Raises:
-        InputError: as `make_robot` and `make_link`; areas overlap; more areas than robots;
-            properties are given for an external controller.
-    """
+    """Return the controllers of a cell, each with its link and its areas."""
     if connect is not None:
         from rcx_harness.cell.elsewhere import FarLink
 
@@ -145,11 +128,7 @@ def make_agenda(link: str, connect: Elsewhere | None = None) -> Agenda:
 
 
 def make_link(name: str, size: int, timing: Timing) -> Link:
-    """Return the link called `"direct"`, `"enip"` or `"enip-realtime"`.
-
-    Raises:
-        InputError: the link does not exist.
-    """
+    """Return the link called `"direct"`, `"enip"` or `"enip-realtime"`."""
     if name == "direct":
         return DirectLink(size)
     if name == "enip":

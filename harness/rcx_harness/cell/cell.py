@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rcx_harness.cell.build import Areas, Robots, check_outputs, make_agenda, make_members, several
-from rcx_harness.cell.clock import Agenda, Duration, Kind, Timing
+from rcx_harness.cell.build import Areas, Robots, make_agenda, make_members, several
+from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.image import Image, find_image
 from rcx_harness.cell.link import Link, Network, PacketNetwork
@@ -27,6 +27,8 @@ from rcx_harness.watch.calls import CallMonitor
 from rcx_harness.watch.calls_source import CallPlan
 from rcx_harness.watch.contract import ContractMonitor
 from structured_text.bench import Bench, BenchTimeout
+from structured_text.bench.agenda import Agenda, Duration
+from structured_text.bench.outputs import check_outputs
 from structured_text.bench.plc import Plc
 from structured_text.bench.watched import Watched
 from structured_text.engines.base import Program
@@ -34,10 +36,10 @@ from structured_text.errors import InputError
 from structured_text.output.units import whole
 from structured_text.projects.sources import Files
 
+__all__ = ["EVENTS", "Cell", "CellTimeout"]
+
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
-
-__all__ = ["EVENTS", "Cell", "CellTimeout"]
 
 #: Events for `Cell.inject` and for a stimulus, each with a line of help.
 EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}
@@ -275,14 +277,11 @@ class Cell(Bench):
     # --- surroundings ------------------------------------------------------------------------
 
     def inject(self, event: str, *, controller: int = 1, **args: Any) -> None:
-        """Inject one of `EVENTS` now into a controller or its link.
-
-        Raises:
-            InputError: the event or the controller does not exist, or the arguments do not match.
-        """
+        """Inject one of `EVENTS` now into a controller or its link."""
         node = self._node(controller)
         if not isinstance(event, str):
-            raise InputError(f"{event!r:.40} is no event", hint='write inject("emergency_stop")')
+            hint = 'write inject("emergency_stop")'
+            raise InputError(f"{event!r:.40} is not an event", hint=hint)
         self.check_near()
         if event in SURROUNDINGS:
             befall(self, event, controller, args)
@@ -298,11 +297,7 @@ class Cell(Bench):
         return self._node(controller).network
 
     def stop_plc(self, *, power: bool = False) -> None:
-        """Put the PLC into STOP, or switch its power off: no scan runs, and its connections end.
-
-        Raises:
-            InputError: the network is a real one.
-        """
+        """Put the PLC into STOP, or switch its power off: no scan runs, and its connections end."""
         for network in self._networks():
             network.set_plc(False)
         super().stop_plc(power=power)
@@ -345,9 +340,6 @@ class Cell(Bench):
             area: The first bytes of its input area, the others are 0; None: the answer again.
             connected: The connection status that its scanner shows meanwhile.
             controller: The number of the controller, from 1.
-
-        Raises:
-            InputError: the controller does not exist, or the area has fewer bytes.
         """
         self._node(controller).give_area(area, connected)
 

@@ -14,12 +14,11 @@ from random import Random
 
 from rcx_harness.spec.wire import CYCLE_US
 from structured_text.bench import agenda
-from structured_text.bench.agenda import Action, Agenda, Duration, Snapshot
+from structured_text.bench.agenda import Duration
 from structured_text.errors import InputError
 from structured_text.output.units import whole, within_us
 
-__all__ = ["LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US"]
-__all__ += ["Action", "Agenda", "Duration", "Kind", "Snapshot", "Timing"]
+__all__ = ["PHASES", "Kind", "Timing"]
 
 #: Names under which a phase can be given: controller cycle, packets to the robot and to the
 #: PLC, PLC scan.
@@ -45,7 +44,6 @@ class Timing:
     """Periods and phases of a cell, all in microseconds.
 
     Attributes:
-        scan_us: Period of the PLC's scan.
         rpi_us: Requested packet interval, the same in both directions.
         jitter_us: Greatest delay of a packet; the order of the packets does not change.
         timeout_us: Either side considers the connection lost this long after its last packet.
@@ -78,9 +76,6 @@ class Timing:
             timeout: Default: the longer of 4 RPI (the scanner's usual multiplier) and 100 ms.
             phases: `"zero"`, `"random"` (drawn from the seed), or some of `PHASES` with a time.
             seed: Seed of the drawn phases.
-
-        Raises:
-            InputError: a time out of its range, or an unknown phase.
         """
         scan_us = agenda.scan_us(scan)
         rpi_us = within_us("the RPI", rpi, SHORTEST_RPI_US, LONGEST_RPI_US)
@@ -104,11 +99,7 @@ class Timing:
         return cls(scan_us, rpi_us, jitter_us, timeout_us, drawn)
 
     def with_rpi(self, rpi_us: int) -> Timing:
-        """Return the same timing with another packet interval.
-
-        Raises:
-            InputError: the interval is out of its range.
-        """
+        """Return the same timing with another packet interval."""
         return replace(self, rpi_us=whole("rpi_us", rpi_us, SHORTEST_RPI_US, LONGEST_RPI_US))
 
 

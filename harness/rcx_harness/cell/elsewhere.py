@@ -10,12 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from rcx_harness.cell.clock import Agenda, Timing
+from rcx_harness.cell.clock import Timing
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.enip.originator.kept import KeptConnection
 from rcx_harness.enip.originator.opening import multiplier_of
+from rcx_harness.enip.originator.persistent_connection import PersistentConnection
 from rcx_harness.enip.originator.scanner import Assemblies, Scanner
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
+from structured_text.bench.agenda import Agenda
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
@@ -42,12 +43,7 @@ class Elsewhere:
     """The address of an external controller and the parameters of the connection.
 
     Attributes:
-        host: Name or address.
-        port: Its TCP port for explicit messages.
-        input_instance: The assembly to receive from.
-        output_instance: The assembly to send to.
         configuration: Configuration instance to name, None for no instance.
-        configuration_data: Data of the configuration instance.
         address: IPv4 address of this machine to work from; empty: chosen by the route to the host.
         tell: Called with the cell's time [us] and a line when the connection is opened or lost.
     """
@@ -68,16 +64,7 @@ class Elsewhere:
 
 
 class FarLink:
-    """The PLC's end of a connection to an external controller.
-
-    Args:
-        size: Bytes of each area, 48 or 256.
-        timing: RPI and time-out.
-        where: The controller.
-
-    Raises:
-        InputError: the parameters cannot be requested.
-    """
+    """The PLC's end of a connection to an external controller."""
 
     name = NAME
 
@@ -103,7 +90,7 @@ class FarLink:
                 port=where.port,
             )
 
-        self.kept = KeptConnection(where.name, size, connect, _OPTIONS)
+        self.connection = PersistentConnection(where.name, size, connect, _OPTIONS)
         self._valid_us = max(timing.timeout_us, _WATCHDOG_SCANS * timing.scan_us)
 
     def open(self) -> None:
@@ -112,8 +99,8 @@ class FarLink:
         Raises:
             InputError: the controller does not answer, or it refuses.
         """
-        self.kept.opener.open()
-        self.kept.opener.start(_LOOK_S, _REOPEN_S)
+        self.connection.opener.open()
+        self.connection.opener.start(_LOOK_S, _REOPEN_S)
 
     def network(self, agenda: Agenda, *, matched: bool) -> FarNetwork:
         """Return the network of this link; its packets do not use the agenda."""
@@ -122,11 +109,11 @@ class FarLink:
 
     def scanner_write(self, image: bytes) -> None:
         """Set the content of the next packets."""
-        self.kept.write(image, self._valid_us)
+        self.connection.write(image, self._valid_us)
 
     def scanner_read(self) -> bytes:
         """Return the content of the last packet; zeros without a connection."""
-        received = self.kept.received()
+        received = self.connection.received()
         return bytes(self.size) if isinstance(received, str) else received.image
 
     def robot_read(self) -> bytes:
@@ -143,13 +130,13 @@ class FarLink:
         (manual chapter 1, 5.2). The robot has therefore stopped when the connection ends, whatever
         outputs the program had set.
         """
-        self.kept.opener.end()
-        if not isinstance(self.kept.received(), str):
+        self.connection.opener.end()
+        if not isinstance(self.connection.received(), str):
             self._send_zeros()
-        self.kept.close()
+        self.connection.close()
 
     def _send_zeros(self) -> None:
-        self.kept.write(bytes(self.size), None)
+        self.connection.write(bytes(self.size), None)
         before, patience_s = self._sent(), _LAST_INTERVALS * self.timing.rpi_us / 1e6
         until_s = time.monotonic() + max(patience_s, _LAST_S)
         # Wait for two packets: the first may have been sent before the zeros were written.
@@ -157,16 +144,12 @@ class FarLink:
             time.sleep(self.timing.rpi_us / 4e6)
 
     def _sent(self) -> int:
-        look = self.kept.look()
+        look = self.connection.look()
         return 0 if look is None else look[0].sent
 
 
 class FarNetwork:
-    """The implementation of `rcx_harness.cell.link.Network` for an external controller.
-
-    Args:
-        link: The connection.
-    """
+    """The implementation of `rcx_harness.cell.link.Network` for an external controller."""
 
     def __init__(self, link: FarLink) -> None:
         self._link = link
@@ -175,11 +158,7 @@ class FarNetwork:
         """The last image that the PLC has received."""
 
     def start(self, content: Callable[[], bytes]) -> None:
-        """Open the connection; its first packets carry zeros until the program has run.
-
-        Raises:
-            InputError: the controller does not answer, or it refuses.
-        """
+        """Open the connection; its first packets carry zeros until the program has run."""
         del content
         self._link.open()
 
@@ -195,13 +174,15 @@ class FarNetwork:
 
     def plc_connected(self, now_us: int) -> bool:
         """Return whether packets arrive: the status that a PLC's scanner shows."""
-        received = self._link.kept.received()
+        received = self._link.connection.received()
         if isinstance(received, str):
             self._tell(now_us, received)
             return False
         self.input = received.image
         size, rpi = self._link.size, format_us(self._link.timing.rpi_us)
-        self._tell(now_us, f"{self._link.kept.name}: connected, {size} bytes, packets every {rpi}")
+        self._tell(
+            now_us, f"{self._link.connection.name}: connected, {size} bytes, packets every {rpi}"
+        )
         return True
 
     def scanned(self, image: bytes) -> None:
@@ -209,19 +190,11 @@ class FarNetwork:
         self._link.scanner_write(image)
 
     def snapshot(self) -> object:
-        """Raise InputError: the state of an external controller cannot be restored.
-
-        Raises:
-            InputError: always.
-        """
+        """Raise InputError: the state of an external controller cannot be restored."""
         raise InputError("a controller elsewhere has no snapshot", hint="run it without connect")
 
     def restore(self, snapshot: Any) -> None:
-        """Raise InputError, as `snapshot` does.
-
-        Raises:
-            InputError: always.
-        """
+        """Raise InputError, as `snapshot` does."""
         self.snapshot()
 
     def _tell(self, now_us: int, text: str) -> None:

@@ -58,15 +58,8 @@ def find_image(program: Program, *, size: int, m: int, n: int, located: bool = F
     If the program fills `InputArea` itself, its process image is the variables from which it
     copies.
 
-    Args:
-        program: The compiled program.
-        size: Bytes of each area, 48 or 256.
-        m: Offset of the area from the robot, in bytes.
-        n: Offset of the area to the robot, in bytes.
-        located: The program reads located variables, even if it has an `InputArea`.
-
-    Raises:
-        InputError: there is no image, its size is wrong, or an offset leaves or overlaps it.
+    The areas begin at byte `m` (from the robot) and `n` (to the robot). With `located` the program
+    reads located variables, even if it has an `InputArea`.
     """
     check_size(size)
     for name, offset in (("m", m), ("n", n)):

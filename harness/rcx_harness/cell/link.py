@@ -12,8 +12,9 @@ from hashlib import blake2b
 from random import Random
 from typing import Any, Protocol, runtime_checkable
 
-from rcx_harness.cell.clock import Agenda, Kind, Timing
+from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.spec.wire import SIZE
+from structured_text.bench.agenda import Agenda
 
 __all__ = ["BOTH", "DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
 
@@ -93,11 +94,7 @@ def make_network(
 
 
 class DirectLink:
-    """A link with both images in one process, without a network.
-
-    Args:
-        size: Bytes of each area, 48 or 256.
-    """
+    """A link with both images in one process, without a network."""
 
     name = "direct"
 
@@ -137,13 +134,8 @@ class PacketNetwork:
     the first packet both images are zero.
 
     Args:
-        link: The two images.
-        timing: RPI, jitter, time-out.
-        agenda: The agenda of the cell; it produces and delivers the packets.
         matched: False if master and robot differ in the area's size: there is no connection then
             (manual chapter 3, 1).
-        seed: Seed of the jitter.
-        controller: Number of the controller in the cell.
     """
 
     def __init__(

@@ -10,13 +10,14 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from rcx_harness.cell.clock import Action, Agenda, Timing
+from rcx_harness.cell.clock import Timing
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState, now_us
 from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.enip.links import Class1Link
 from rcx_harness.enip.originator.opening import Opener, multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
+from structured_text.bench.agenda import Action, Agenda
 from structured_text.errors import InputError
 from structured_text.output.system import fine_timers
 from structured_text.output.units import format_us
@@ -33,13 +34,8 @@ _FIRST_PACKET_S = 2.0
 class RealTimeAgenda(Agenda):
     """An agenda that executes nothing before its time has come.
 
-    Args:
-        clock_us: This computer's monotonic time in microseconds.
-        sleep: Waits for the given number of seconds, or longer.
-
     Attributes:
         stalls: How often the agenda was so late that the cell's time was stopped.
-        stalled_us: Total time of these stops [us].
     """
 
     def __init__(
@@ -79,15 +75,7 @@ class RealTimeAgenda(Agenda):
 
 
 class RealTimeLink(Class1Link):
-    """A cyclic connection that a thread opens, and reopens after a loss.
-
-    Args:
-        size: Bytes of each area, 48 or 256.
-        timing: RPI and time-out.
-
-    Raises:
-        InputError: the time-out cannot be requested, or a process did not start.
-    """
+    """A cyclic connection that a thread opens, and reopens after a loss."""
 
     name = "enip-realtime"
 
@@ -120,7 +108,6 @@ class LiveNetwork:
     """The implementation of `rcx_harness.cell.link.Network` for packets in real time.
 
     Args:
-        link: The connection.
         matched: False if master and robot differ in the area's size: no connection is opened then.
     """
 
@@ -168,19 +155,11 @@ class LiveNetwork:
         self._link.scanner_write(image)
 
     def snapshot(self) -> object:
-        """Raise InputError: packets under way on a real network cannot be saved.
-
-        Raises:
-            InputError: always.
-        """
+        """Raise InputError: packets under way on a real network cannot be saved."""
         raise InputError("a run in real time has no snapshot", hint="use the link direct or enip")
 
     def restore(self, snapshot: Any) -> None:
-        """Raise InputError, as `snapshot` does.
-
-        Raises:
-            InputError: always.
-        """
+        """Raise InputError, as `snapshot` does."""
         self.snapshot()
 
     def _switch(self) -> None:

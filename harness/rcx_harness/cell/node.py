@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rcx_harness.cell.clock import Agenda, Kind, Timing
+from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.image import Image, owner_of_areas
 from rcx_harness.cell.link import Link, make_network
 from rcx_harness.robot import Controller, Violation
@@ -15,6 +15,7 @@ from rcx_harness.robot.shape import poses
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Scan, Trace
 from rcx_harness.watch.wire import WireMonitor
+from structured_text.bench.agenda import Agenda
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.language.types import BlockType, ElementaryType
@@ -42,14 +43,7 @@ class Node:
 
     Args:
         number: From 1; all but the first are named in trace and violations.
-        member: The controller, its link, its areas.
-        image: These areas in the PLC's process image.
-        program: The PLC's program.
-        timing: Periods and phases.
-        agenda: The cell's agenda.
-        trace: The trace that records scans and cycles.
         report: Called with the violations.
-        seed: Seed of the jitter.
         clear: The PLC's inputs read 0 without a connection.
         positions: Unit of the positions in the trace; empty: positions are not recorded.
     """

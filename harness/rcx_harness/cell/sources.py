@@ -30,20 +30,12 @@ def source_files(
         lib: Folder of the library, searched with its subfolders; None for the one of this
             package.
         replace: Files with Structured Text for POUs of a project, by name.
-
-    Raises:
-        InputError: a file or folder that is missing, a folder without sources, or a project that
-            cannot be read.
     """
     return sources.source_files(program, default_lib() if lib is None else Path(lib), replace)
 
 
 def library_folder(lib: str | Path | None) -> Path:
-    """Return the folder of the library.
-
-    Raises:
-        InputError: it is not a folder.
-    """
+    """Return the folder of the library."""
     folder = default_lib() if lib is None else Path(lib)
     sources.check_library(folder)
     return folder

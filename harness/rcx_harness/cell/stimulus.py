@@ -15,11 +15,11 @@ from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import check, opposite
 from structured_text.bench import stimulus
 from structured_text.bench.events import EVENTS as PLC_EVENTS
-from structured_text.bench.stimulus import PLC, event_of, listed, typed
+from structured_text.bench.stimulus import PLC, event_of, listed
 from structured_text.errors import InputError
 from structured_text.output.units import parse_us
 
-__all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text", "typed"]
+__all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text"]
 
 #: Value of `area` for the controller's own answer.
 ROBOT = "robot"
@@ -103,11 +103,7 @@ class Entry(stimulus.Entry):
             cell.give_area(area, self.connected, controller=self.controller)
 
     def attempt(self, cell: Cell) -> None:
-        """Check that the entry can be applied; its values are set.
-
-        Raises:
-            InputError: it cannot be applied.
-        """
+        """Check that the entry can be applied; its values are set."""
         self.set_values(cell)
         if self.controller > len(cell.robots):
             raise InputError(f"no controller {self.controller}; the cell has {len(cell.robots)}")
@@ -170,7 +166,7 @@ def _area(table: Mapping[str, Any]) -> bytes | str | None:
         return bytes.fromhex(given)
     except (TypeError, ValueError):
         raise InputError(
-            f"area is {given!r}, which is no bytes in hexadecimal",
+            f"area is {given!r}, which is not hexadecimal",
             hint=f'write area = "0002 0000", two digits each, or area = "{ROBOT}"',
         ) from None
 
@@ -204,9 +200,7 @@ def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
 def stimulus_text(entries: Iterable[Entry], about: str = "") -> str:
     """Return the text of a stimulus file with these entries, one line each.
 
-    Args:
-        entries: In order of time.
-        about: A comment for its beginning.
+    The entries are in order of time; `about` becomes a comment at the beginning.
     """
     lines = [f"# {line}".rstrip() for line in about.splitlines()]
     lines += ["at = [", *(f"  {entry_text(entry)}," for entry in entries), "]"]

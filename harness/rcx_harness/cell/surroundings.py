@@ -36,9 +36,9 @@ def _cable(up: bool) -> Callable[..., Callable[[Surrounded, int], None]]:
 def _packets(kind: str) -> Callable[..., Callable[[Surrounded, int], None]]:
     def made(share: float = 1.0, by: str = "50ms", to: str = "both") -> Any:
         if not isinstance(share, (int, float)) or isinstance(share, bool) or not 0 <= share <= 1:
-            raise InputError(f"share = {share!r} is no part of the packets", hint="it is 0 to 1")
+            raise InputError(f"share = {share!r} is not a share of packets", hint="it is 0 to 1")
         if not isinstance(to, str) or to not in _WAYS:
-            raise InputError(f"to = {to!r} is no direction", hint=f"use {', '.join(_WAYS)}")
+            raise InputError(f"to = {to!r} is not a direction", hint=f"use {', '.join(_WAYS)}")
         by_us = time_us("by", by, 0, _LONGEST_US)
 
         def disturb(cell: Surrounded, controller: int) -> None:
@@ -106,9 +106,6 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return the event that takes another event back, with its arguments.
 
     The start mode of the PLC is an argument of the stop event and is passed on to the start event.
-
-    Raises:
-        InputError: the event does not last.
     """
     if event.startswith("packets_"):
         return event, {**args, "share": 0}
@@ -124,17 +121,10 @@ def check(event: str, args: Mapping[str, Any]) -> Callable[[Surrounded, int], No
     """Check an event of network or PLC and return the function that applies it to a cell.
 
     The function takes the cell and the number of the controller.
-
-    Raises:
-        InputError: as `checked`.
     """
     return checked(_EVENTS, event, args, "plc" if event in PLC_EVENTS else "robot")
 
 
 def befall(cell: Surrounded, event: str, controller: int, args: Mapping[str, Any]) -> None:
-    """Apply an event of network or PLC now.
-
-    Raises:
-        InputError: as `check`, or the event is not possible in this cell.
-    """
+    """Apply an event of network or PLC now."""
     check(event, args)(cell, controller)

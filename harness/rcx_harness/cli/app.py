@@ -132,8 +132,8 @@ PANELS = {
 }
 COMMANDS = {name: entry for commands in PANELS.values() for name, entry in commands.items()}
 
-#: Where a command has more options than this, its help shows the rare ones in these panels, by the
-#: names of their parameters. All others are the common ones, which come first.
+#: If a command has more options than this, its help shows the rare ones in these panels, by the
+#: names of their parameters. The common options come first.
 _MOST_OPTIONS = 15
 OPTION_PANELS = {
     "Network and clocks": "link size m n rpi jitter timeout phases on_loss",
@@ -205,7 +205,7 @@ class Later(TyperCommand):
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
-        """Everything from here on, its help and completion too, is the command's own."""
+        """Load the command and let it parse its own arguments, also for help and completion."""
         command = self.loaded()
         _refuse_empty_paths(command, args)
         return command.make_context(info_name, args, parent, **extra)
@@ -244,7 +244,7 @@ def _options(
         typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
     ] = False,
 ) -> None:
-    """Nothing to do before the command."""
+    """Accept the options before the command; `--version` acts by its callback."""
     del show_version
 
 
@@ -281,9 +281,6 @@ def main(args: Sequence[str] | None = None) -> int:
 
     Returns:
         The exit code: 0, 1 or 2. Bad input is one line on stderr.
-
-    Raises:
-        OutputError: standard output cannot be written.
     """
     try:
         app(args=_with_command(sys.argv[1:] if args is None else args))

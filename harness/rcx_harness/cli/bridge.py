@@ -69,7 +69,7 @@ def bridge(
         hint = "pip install pymodbus"
         raise InputError("rcx bridge needs the library pymodbus", hint=hint) from None
     if not 0 <= unit <= 0xFF:
-        raise InputError(f"--unit {unit} is no unit identifier", hint="they are 0 to 255")
+        raise InputError(f"--unit {unit} is not a unit identifier", hint="they are 0 to 255")
     if address:
         check_ipv4("--from", address)
     period_us, rpi_us = duration_us("--period", period), duration_us("--rpi", rpi)

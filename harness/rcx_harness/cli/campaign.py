@@ -7,23 +7,24 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
-from rcx_harness.cli.farm import MOST, FarmOptions
+from rcx_harness.cli.farm import FarmOptions, WorkersOrNone
 from rcx_harness.cli.options import counted, with_options
 from rcx_harness.verify.fingerprint import fingerprint
 from rcx_harness.verify.storm.campaign import Explained, Seed, Storms, classes, storms
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import Course
-from rcx_harness.verify.storm.kept import keep
 from rcx_harness.verify.storm.replay import Replay, replay
+from rcx_harness.verify.storm.saved_results import saved_results
 from rcx_harness.verify.storm.written import check_folder, command, file_name, forget, write
 from structured_text.errors import InputError
+from structured_text.farm import Kept
 
 __all__ = ["VerifyOptions", "campaign", "write_replay"]
 
@@ -36,24 +37,25 @@ class VerifyOptions(FarmOptions, CellOptions):
         list[Path] | None,
         typer.Option(help="What the operator does and what you demand: .toml, .py; repeatable."),
     ] = None
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            help="Processes. Default: one for each processor; 0: in this one.", min=0, max=MOST
-        ),
-    ] = None
+    workers: WorkersOrNone = None
 
     def cells(self, stimulus: Path | None) -> CellsOf:
-        """Return the description from which each worker builds its cells.
-
-        Raises:
-            InputError: something that cannot be read, or that goes with no campaign.
-        """
+        """Return the description from which each worker builds its cells."""
         if self.link != "direct":
             raise InputError(f"--link {self.link} is for rcx run", hint="leave it out")
         return CellsOf.of(self.files, self.of_cell(), self.properties or (), stimulus)
 
-    def about(self, cells: CellsOf, further: str = "") -> dict[str, str]:
+    def results(self, cells: CellsOf, out: Path, further: str = "") -> Kept[Any, Any]:
+        """Return the results of earlier calls that are still valid, and print what is not."""
+        kept, notice = saved_results(out / "results.jsonl", self._about(cells, further))
+        if kept.notice:
+            print(kept.notice, file=sys.stderr)
+        if notice:
+            print(notice)
+            forget(out)
+        return kept
+
+    def _about(self, cells: CellsOf, further: str) -> dict[str, str]:
         """Return the files, options and version that the results depend on."""
         options = " ".join([*self.words()[len(self.files) :], further]).strip()
         ours = hashlib.sha256(repr(fingerprint()).encode()).hexdigest()[:16]
@@ -94,12 +96,7 @@ def campaign(options: CampaignOptions) -> None:
         print(cells.notice)
     _say_what_is_missing(cells)
     farm = options.farm(Console(stderr=True))
-    kept, notice = keep(options.out / "results.jsonl", options.about(of))
-    if kept.notice:
-        print(kept.notice, file=sys.stderr)
-    if notice:
-        print(notice)
-        forget(options.out)
+    kept = options.results(of, options.out)
     work, failing = Storms(of), dict[str, list[tuple[int, int]]]()
     total = Seed({}, 0, 0, 0)
     seeds = range(options.seed_from, options.seed_from + options.seeds)

@@ -13,8 +13,8 @@ from typing import Annotated, Any
 import typer
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.clock import Duration
 from rcx_harness.cli.options import Lib, Replace, Sources, replacements
+from structured_text.bench.agenda import Duration
 
 __all__ = ["CellOptions"]
 
@@ -66,11 +66,7 @@ class CellOptions:
     ] = "hold"
 
     def of_cell(self) -> dict[str, Any]:
-        """Return the arguments of `Cell.build`; without an option its default applies.
-
-        Raises:
-            InputError: what cannot be.
-        """
+        """Return the arguments of `Cell.build`; without an option its default applies."""
         arguments = inspect.signature(Cell.build).parameters
         given = {one.name: getattr(self, one.name) for one in fields(CellOptions)}
         given |= {"replace": replacements(self.replace), "phases": self._phases()}

@@ -1,4 +1,4 @@
-"""`rcx check`: are these sources right, and will they compile elsewhere too."""
+"""`rcx check`: check sources for mistakes, and for what other compilers refuse."""
 
 from __future__ import annotations
 

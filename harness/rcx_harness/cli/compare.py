@@ -12,7 +12,6 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import check_outputs
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
@@ -27,12 +26,13 @@ from rcx_harness.robot import EVENTS, RobotConfig
 from rcx_harness.spec.wire import AREA_SIZES, check_size
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError, legible
 from structured_text.output.files import NewFiles, replace_files
 
 __all__ = ["compare"]
 
-#: How every JSON of this command begins.
+#: First bytes of every JSON file of this command.
 _BEGINNING = '{\n  "begin_us": '
 
 
@@ -141,12 +141,12 @@ def _happenings(path: Path) -> list[Happening]:
     for entry in Stimulus.load(path).entries:
         if entry.values or entry.hold or entry.release or entry.area is not None:
             hint = "only time and robot = ... count: the PLC is in the recording"
-            raise InputError("sets what is no event", file=path, line=entry.line, hint=hint)
+            raise InputError("sets more than events", file=path, line=entry.line, hint=hint)
         for event, args in entry.events:
             if event not in EVENTS:
                 hint = "a cable that is pulled is in the recording"
                 raise InputError(
-                    f"{event!r} is no event of a robot", file=path, line=entry.line, hint=hint
+                    f"{event!r} is not an event of a robot", file=path, line=entry.line, hint=hint
                 )
             found.append(Happening(entry.t_us, event, args))
     return found

@@ -13,10 +13,10 @@ from structured_text.errors import InputError
 from structured_text.output.throttle import Throttle
 from structured_text.output.units import format_us
 
+__all__ = ["Teller", "confirm", "no_connection"]
+
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
-
-__all__ = ["Teller", "confirm", "no_connection"]
 
 _QUESTION = """\
 The program will drive the controller at {name}. If that is a real one, its robot moves.
@@ -26,14 +26,12 @@ Go on?"""
 
 
 def confirm(where: Elsewhere, *, yes: bool) -> None:
-    """Ask before anything but this computer is driven.
+    """Ask for confirmation before a controller outside this computer is driven.
 
-    Args:
-        where: The controller.
-        yes: The question is answered already.
+    `yes` means that the user has agreed on the command line already.
 
     Raises:
-        InputError: nobody is there to answer, or the answer is no.
+        InputError: there is no terminal for the question, or the answer is no.
     """
     if yes or _is_here(where.host):
         return
@@ -47,7 +45,7 @@ def confirm(where: Elsewhere, *, yes: bool) -> None:
 
 
 def _is_here(host: str) -> bool:
-    """Is this an address of this computer that nobody else has?"""
+    """Return whether the host is a loopback address."""
     try:
         return ipaddress.ip_address(socket.gethostbyname(host)).is_loopback
     except (OSError, ValueError, UnicodeError):  # no such host: the connection will say so
@@ -57,28 +55,23 @@ def _is_here(host: str) -> bool:
 def no_connection(reason: str) -> InputError:
     """Return the error for a run in which no packet of the controller was taken.
 
-    Args:
-        reason: What the connection has told last.
+    `reason` is the last failure that the connection has reported.
     """
-    from rcx_harness.enip.originator.kept import WAITS
+    from rcx_harness.enip.originator.persistent_connection import WAITS
 
     hint = "does a firewall stop UDP port 2222" if reason.endswith(WAITS) else ""
     return InputError(f"no connection in the whole run: {reason}", hint=hint)
 
 
 class Teller:
-    """Tells on stderr when the connection comes and goes; of a flood only some.
-
-    Attributes:
-        last: What there was to tell last.
-    """
+    """Prints on stderr when the connection opens or ends, at a limited rate."""
 
     def __init__(self) -> None:
         self._throttle = Throttle()
         self.last = ""
 
     def __call__(self, now_us: int, text: str) -> None:
-        """Tell a line with the time of the run."""
+        """Print a line with the time of the run."""
         self.last = text
         for line in self._throttle.let_pass("connection", [text], now_us):
             print(f"{format_us(now_us)}: {line}", file=sys.stderr, flush=True)

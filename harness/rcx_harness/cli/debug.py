@@ -7,7 +7,7 @@ import socket
 import sys
 from collections.abc import Mapping
 from contextlib import redirect_stdout, suppress
-from dataclasses import fields, replace
+from dataclasses import fields
 from difflib import get_close_matches
 from pathlib import Path
 from secrets import compare_digest, token_urlsafe
@@ -21,7 +21,6 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot as without
-from rcx_harness.cli.no_robot import refuse
 from rcx_harness.cli.options import duration_us, replacements, with_options
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.verify.debug.machine import CellMachine
@@ -55,7 +54,7 @@ _OPTIONS = (
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
 #: A client of the port has launched with the token within this time, or makes room for others [s].
 _PATIENCE_S = 10.0
-#: What clients say about themselves.
+#: Arguments that clients send for their own use.
 _OF_CLIENTS = (
     *("type", "request", "name", "noDebug", "cwd", "stopOnEntry", "recording", "debugServer"),
     *("token",),
@@ -167,11 +166,7 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
 
 
 def _token() -> tuple[str, str]:
-    """Return the token of the port, and the line that says where a client finds it.
-
-    Raises:
-        InputError: The one that the environment gives can be guessed.
-    """
+    """Return the token of the port, and the line that says where a client finds it."""
     if not (token := os.environ.get(_TOKEN, "")):
         token = token_urlsafe()
         return token, f'its launch has to name this token: "token": "{token}"'
@@ -199,14 +194,9 @@ def _write_extension(folder: Path) -> None:
 def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = False) -> Launched:
     """Build what a client wants to debug.
 
-    Args:
-        arguments: Of its request: the options of `rcx run` by their names, `sources`,
-            `recording`, `cwd`.
-        given: Files of the command line, for a client that names none.
-        alone: Sources run without a robot, also where no launch says so.
-
-    Raises:
-        InputError: anything wrong with them.
+    `arguments` are those of the client's request: the options of `rcx run` by their names,
+    `sources`, `recording` and `cwd`. `given` are the files of the command line, for a client that
+    names none. With `alone`, sources run without a robot.
     """
     folder = arguments.get("cwd")
     if folder is not None:
@@ -224,8 +214,7 @@ def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = F
             raise InputError(f"{mixed[0]} does not go with a recording", hint=hint)
         machine, notice, last = opened(Path(_text("recording", recording)))
         return Launched(machine, notice, last)
-    options = _options(arguments, given)
-    return _of_cell(replace(options, no_robot=alone or options.no_robot))
+    return _of_cell(_options(arguments, given, alone=alone))
 
 
 def _of_cell(options: RunOptions) -> Launched:
@@ -235,7 +224,6 @@ def _of_cell(options: RunOptions) -> Launched:
     end_us = duration_us("for", options.duration)
     kind: type[stimuli.Stimulus] = Stimulus
     if options.no_robot:
-        refuse(options)
         kind = without.Stimulus
     stimulus = kind.load(options.stimulus) if options.stimulus is not None else None
     built: dict[str, Any] = {"engine": "builtin", "keep": 1}
@@ -261,7 +249,7 @@ def _of_cell(options: RunOptions) -> Launched:
     return Launched(BenchMachine(cell, end_us, options.duration), notice)
 
 
-def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
+def _options(arguments: Mapping[str, Any], given: list[Path], *, alone: bool) -> RunOptions:
     """Return the options of `rcx run` that a client gives, checked by their own rules."""
     made: list[RunOptions] = []
 
@@ -281,7 +269,7 @@ def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
         for one in command.params
         if isinstance(one, TyperOption) and (name := str(one.name)) in _OPTIONS
     }
-    line: list[str] = []
+    line = ["--no-robot"] if alone else []
     for key, value in arguments.items():
         if key in (*_OF_CLIENTS, "sources", "program") or key.startswith("__"):
             continue
@@ -310,11 +298,7 @@ def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
 
 
 def _files(sources: Any) -> list[str]:
-    """Return the sources that a launch names.
-
-    Raises:
-        InputError: One of them is not a text, or is an option.
-    """
+    """Return the sources that a launch names."""
     found = [_text("sources", one) for one in _several(sources)]
     for one in found:
         if one.startswith("-"):

@@ -12,19 +12,18 @@ import typer
 from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
-from rcx_harness.cli.farm import MOST, FarmOptions
-from rcx_harness.cli.no_robot import refuse
+from rcx_harness.cli.farm import FarmOptions, WorkersOrNone
 from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.console import quoted
 from structured_text.output.units import format_us
 
+__all__ = ["explore"]
+
 if TYPE_CHECKING:
     from rcx_harness.verify.explore.user import Explored, Settings
     from rcx_harness.verify.storm.demands import Demands
-
-__all__ = ["explore"]
 
 #: Between two lines of progress where there is no terminal [s].
 _PATIENCE_S = 30.0
@@ -67,12 +66,7 @@ class Options(FarmOptions):
     out: Annotated[
         Path, typer.Option(help="Folder for the stimulus file and the chart of what is found.")
     ] = Path("out/explore")
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            help="Processes. Default: one for each processor; 0: in this one.", min=0, max=MOST
-        ),
-    ] = None
+    workers: WorkersOrNone = None
 
 
 @with_options(Options)
@@ -84,8 +78,6 @@ def explore(given: Options) -> None:
 
     Exit code: 0 if no rule is broken, 1 if one is, 2 on bad input.
     """
-    if given.no_robot:
-        refuse(given)
     from rcx_harness.verify.explore.replay import replay
     from rcx_harness.verify.explore.user import explore as explore_program
     from structured_text.output.replays import check

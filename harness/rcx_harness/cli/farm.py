@@ -1,4 +1,4 @@
-"""Options of the commands whose work is shared out: `--workers`, `--cluster` and what it needs."""
+"""Options of the commands that distribute their work: `--workers`, `--cluster` and its details."""
 
 from __future__ import annotations
 
@@ -13,10 +13,19 @@ from rcx_harness.verify.fingerprint import fingerprint
 from structured_text.errors import InputError
 from structured_text.farm import Cluster, Farm
 
-__all__ = ["MOST", "FarmOptions"]
+__all__ = ["MOST", "FarmOptions", "WorkersOrNone"]
 
-#: So many processes are more than any computer has processors.
+#: Upper limit of `--workers`, beyond the processors of any computer.
 MOST = 4096
+
+
+#: The option `--workers` of commands that can also work in their own process.
+WorkersOrNone = Annotated[
+    int | None,
+    typer.Option(
+        help="Processes. Default: one for each processor; 0: in this one.", min=0, max=MOST
+    ),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,11 +54,7 @@ class FarmOptions:
     ] = False
 
     def farm(self, console: Console) -> Farm:
-        """Return the farm that does the work, with its progress on this console.
-
-        Raises:
-            InputError: options that do not go together, or a cluster that cannot be used so.
-        """
+        """Return the farm that does the work, with its progress on this console."""
         if self.cluster is None:
             given = {
                 "--cluster-ca": self.cluster_ca,

@@ -30,9 +30,9 @@ class JsonOutput:
     """The JSON output of a command, if its option is given.
 
     Args:
-        file: The option's value.
-        beginning: How all JSON of this command begins: other files are not written over.
-        read: Files that the command reads.
+        beginning: The first bytes of every JSON file of this command; a file that begins otherwise
+            is not overwritten.
+        read: Files that the command reads; they are not overwritten either.
 
     Raises:
         InputError: the file is read, or is something that this command has not written.
@@ -60,7 +60,7 @@ class JsonOutput:
 
     @contextmanager
     def apart(self) -> Iterator[None]:
-        """Let all else that is printed go to standard error where the JSON is printed."""
+        """Redirect all other output to standard error if the JSON is printed."""
         if not self.printed:
             yield
             return
@@ -68,7 +68,7 @@ class JsonOutput:
             yield
 
     def write(self, text: str) -> None:
-        """Write or print it, if it is asked for (InputError: the file cannot be written)."""
+        """Write or print the JSON, if the option is given."""
         if self._file is None:
             return
         if self.printed:

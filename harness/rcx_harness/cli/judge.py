@@ -11,7 +11,6 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import check_outputs
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
 from rcx_harness.cli.progress import progress_bar
@@ -22,12 +21,13 @@ from rcx_harness.look.judge.text import as_json, summary
 from rcx_harness.spec.wire import AREA_SIZES, check_size
 from rcx_harness.trace.chart import text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from structured_text.bench.outputs import check_outputs
 from structured_text.errors import legible
 from structured_text.output.files import replace_files
 
 __all__ = ["judge"]
 
-#: How every JSON of this command begins.
+#: First bytes of every JSON file of this command.
 _BEGINNING = '{\n  "file": '
 
 

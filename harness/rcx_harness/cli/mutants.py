@@ -76,13 +76,13 @@ def mutants(given: Options) -> None:
 
     from structured_text.mutants.judging import Judging, is_outcome
     from structured_text.mutants.report import Reasons, write_rows
-    from structured_text.mutants.sessions import Run
+    from structured_text.mutants.sessions import PytestCommand
     from structured_text.mutants.user import UserMutants
     from structured_text.output.results import Results
 
     reasons = Reasons(given.reasons)
     written = [given.json_file] if given.json_file is not None and not output.printed else []
-    sources, run = source_files(given.files, given.lib), Run.of(given.word, Path.cwd())
+    sources, run = source_files(given.files, given.lib), PytestCommand.of(given.word, Path.cwd())
     work = UserMutants(sources, run, written)
     console = Console(stderr=True)
     with console.status("the tests, with the program as it is ..."):
@@ -107,7 +107,7 @@ def mutants(given: Options) -> None:
 
 
 def _check_outputs(given: Options) -> None:
-    """Nothing of the user's is written over."""
+    """Check that no file of the user is overwritten."""
     if given.reasons != _REASONS or os.path.lexists(given.reasons):
         check_file(given.reasons)
     if os.path.exists(given.folder) and not os.path.isdir(given.folder):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import Any
+from collections.abc import Iterable
 
 from rcx_harness.cell.stimulus import KEYS
 from structured_text.bench import stimulus
@@ -36,10 +35,10 @@ class Stimulus(stimulus.Stimulus):
     entry = _Entry
 
 
-def refuse(options: Any) -> None:
-    """Refuse options of a command, a dataclass, that concern a robot (InputError)."""
-    for one in fields(options):
-        if one.name in _OF_ROBOTS and getattr(options, one.name) not in (one.default, []):
-            option = f"--{_NAMES.get(one.name, one.name).replace('_', '-')}"
+def refuse(typed: Iterable[str]) -> None:
+    """Refuse typed options, given by the names of their fields, that concern a robot."""
+    for name in typed:
+        if name in _OF_ROBOTS:
+            option = f"--{_NAMES.get(name, name).replace('_', '-')}"
             hint = f"leave out {option}, or --no-robot"
             raise InputError(f"{option} is for a robot, and there is none", hint=hint)

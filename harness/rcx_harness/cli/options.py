@@ -16,24 +16,37 @@ from structured_text.errors import InputError
 from structured_text.output.reading import check_file
 from structured_text.output.units import parse_us
 
-__all__ = ["Lib", "Replace", "Sources", "check_ipv4", "check_port", "config_data"]
-__all__ += ["config_instance", "counted", "duration_us", "host_port", "identity_revision"]
-__all__ += ["interval_us", "replacements", "with_options"]
+__all__ = [
+    "Lib",
+    "Replace",
+    "Sources",
+    "check_ipv4",
+    "check_port",
+    "config_data",
+    "config_instance",
+    "counted",
+    "duration_us",
+    "host_port",
+    "identity_revision",
+    "interval_us",
+    "replacements",
+    "with_options",
+]
 
-#: Of a number in a port or an instance.
+#: Most digits of a port or of the number of an instance.
 _DIGITS = 5
 
-#: What a command reads.
+#: The sources of a program.
 Sources = Annotated[
     list[Path],
     typer.Argument(help="ST files, projects (PLCopen XML, TwinCAT, L5X, SCL), or folders."),
 ]
-#: Bodies of the user's.
+#: Files with bodies for POUs of a project.
 Replace = Annotated[
     list[str] | None,
     typer.Option(help="Take this ST file for a POU of a project: POU=file.st. May be repeated."),
 ]
-#: The library it takes.
+#: The library to use.
 Lib = Annotated[
     Path | None, typer.Option(help="Folder of the library. Default: that of this package.")
 ]
@@ -47,26 +60,35 @@ def with_options(
     """Let a command have the fields of a dataclass as its arguments and options."""
 
     def made(command: Callable[[_Options], None]) -> Callable[..., None]:
-        def with_values(**values: Any) -> None:
+        def with_values(context: typer.Context, **values: Any) -> None:
+            if values.get("no_robot"):
+                from rcx_harness.cli.no_robot import refuse
+
+                refuse(one for one in values if not _is_default(context, one))
             command(options(**values))
 
         with_values.__name__, with_values.__doc__ = command.__name__, command.__doc__
         hints = get_type_hints(options, include_extras=True)
         signature = inspect.signature(options)
         places = [one.replace(annotation=hints[one.name]) for one in signature.parameters.values()]
-        with_values.__annotations__ = hints
-        vars(with_values)["__signature__"] = signature.replace(parameters=places)
+        with_values.__annotations__ = {"context": typer.Context, **hints}
+        first = inspect.Parameter(
+            "context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context
+        )
+        vars(with_values)["__signature__"] = signature.replace(parameters=[*places, first])
         return with_values
 
     return made
 
 
-def replacements(given: list[str] | None) -> dict[str, Path]:
-    """Return the files of `--replace` by the names of POUs.
+def _is_default(context: typer.Context, name: str) -> bool:
+    """Return whether the user has not typed an option; he may type its default value."""
+    source = context.get_parameter_source(name)
+    return source is None or source.name.startswith("DEFAULT")
 
-    Raises:
-        InputError: not of the form POU=file.st, one POU twice, or no such file.
-    """
+
+def replacements(given: list[str] | None) -> dict[str, Path]:
+    """Return the files of `--replace` by the names of POUs."""
     found: dict[str, Path] = {}
     for text in given or []:
         name, is_, file = (part.strip() for part in text.partition("="))
@@ -82,23 +104,23 @@ def replacements(given: list[str] | None) -> dict[str, Path]:
 
 
 def counted(number: int, what: str) -> str:
-    """`no scans`, `1 scan`, `2 scans`."""
+    """Return a number with its noun: `no scans`, `1 scan`, `2 scans`."""
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
 def check_port(option: str, number: int) -> None:
-    """Refuse what is no TCP or UDP port (InputError)."""
+    """Raise InputError if the number is not a TCP or UDP port."""
     if not 1 <= number <= 0xFFFF:
-        raise InputError(f"{option} {number} is no port", hint="ports are 1 to 65535")
+        raise InputError(f"{option} {number} is not a port", hint="ports are 1 to 65535")
 
 
 def check_ipv4(option: str, text: str) -> None:
-    """Refuse what is no IPv4 address (InputError)."""
+    """Raise InputError if the text is not an IPv4 address."""
     try:
         ipaddress.IPv4Address(text)
     except ValueError:
         hint = "write it as 192.168.0.10"
-        raise InputError(f"{option} {text!r} is no IPv4 address", hint=hint) from None
+        raise InputError(f"{option} {text!r} is not an IPv4 address", hint=hint) from None
 
 
 def duration_us(option: str, text: str) -> int:
@@ -110,19 +132,16 @@ def duration_us(option: str, text: str) -> int:
 
 
 def interval_us(option: str, text: str) -> int:
-    """Return a packet interval in microseconds.
-
-    Raises:
-        InputError: not a duration, or none that a controller can have.
-    """
+    """Return a packet interval in microseconds."""
     given_us = duration_us(option, text)
     if not SHORTEST_RPI_US <= given_us <= LONGEST_RPI_US:
-        raise InputError(f"{option} {text} is no packet interval", hint="it can be 1ms to 3200ms")
+        hint = "it can be 1ms to 3200ms"
+        raise InputError(f"{option} {text} is not a packet interval", hint=hint)
     return given_us
 
 
 def host_port(option: str, text: str, port: int) -> tuple[str, int]:
-    """`HOST` or `HOST:PORT`; what is none is refused (InputError)."""
+    """Return host and port of `HOST` or `HOST:PORT` (InputError: another form)."""
     host, colon, number = text.partition(":")
     if colon:
         right = number.isascii() and number.isdecimal() and len(number) <= _DIGITS
@@ -141,7 +160,7 @@ def config_instance(text: str) -> int | None:
         return None
     if not (text.isascii() and text.isdecimal()) or len(text) > _DIGITS:
         hint = "write it as 151, or none"
-        raise InputError(f"--config-instance {text:.40} is no instance", hint=hint)
+        raise InputError(f"--config-instance {text:.40} is not an instance", hint=hint)
     return int(text)
 
 
@@ -151,12 +170,12 @@ def config_data(text: str) -> bytes:
         return bytes.fromhex(text)
     except ValueError:
         hint = "write it in hexadecimal, as 01000A00"
-        raise InputError(f"--config-data {text!r:.40} are no bytes", hint=hint) from None
+        raise InputError(f"--config-data {text!r:.40} is not hexadecimal", hint=hint) from None
 
 
 def identity_revision(text: str) -> tuple[int, int]:
-    """Major and minor revision of an identity, `1.1` (InputError: not of this form)."""
+    """Return major and minor revision of an identity, `1.1` (InputError: another form)."""
     major, _, minor = text.partition(".")
     if not (major.isdecimal() and minor.isdecimal()):
-        raise InputError(f"{text!r} is no revision", hint="write it as 1.1")
+        raise InputError(f"{text!r} is not a revision", hint="write it as 1.1")
     return int(major), int(minor)

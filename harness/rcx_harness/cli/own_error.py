@@ -15,7 +15,7 @@ _SHOWN = 200
 
 
 def report(error: Exception) -> None:
-    """Print one line about an error that nobody expected, and write its details to a file."""
+    """Print one line about an unexpected error, and write its details to a file."""
     told = traceback.format_exception_only(type(error), error)[-1].strip().splitlines()
     what = told[0] if told else type(error).__name__
     what = what if len(what) <= _SHOWN else f"{what[:_SHOWN]}..."

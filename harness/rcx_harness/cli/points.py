@@ -33,7 +33,7 @@ from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.files import NewFiles
 
-__all__ = ["points"]
+__all__ = ["Action", "points"]
 
 _SAFETY = """\
 SAFETY. This program becomes the master of a real robot: disconnect the PLC from it first. All
@@ -48,7 +48,7 @@ class Action(str, Enum):
     compare = "compare"
 
 
-#: What has become of it when it ends before its end.
+#: The state that an interrupted command leaves behind.
 _LEFT = {
     Action.backup: "no file was written",
     Action.compare: "nothing was compared",
@@ -205,7 +205,7 @@ def _kinds(names: Sequence[str]) -> list[str]:
 def _alarms(given: Sequence[str]) -> Sequence[str]:
     for alarm in given:
         if not re.fullmatch(r"\d{1,5}\.\d{1,5}", alarm):
-            raise InputError(f"--undefined {alarm!r:.40} is no alarm", hint="write 6.204")
+            raise InputError(f"--undefined {alarm!r:.40} is not an alarm", hint="write 6.204")
     return given or UNDEFINED
 
 
@@ -228,12 +228,12 @@ def _range(text: str) -> range:
     first, last = (int(found[1]), int(found[2] or found[1])) if found else (1, 0)
     if not first <= last < COUNTS["points"]:
         hint = f"write 0-99 or 5; the last one is {COUNTS['points'] - 1}"
-        raise InputError(f"--numbers {text!r:.40} is no range of points", hint=hint)
+        raise InputError(f"--numbers {text!r:.40} is not a range of points", hint=hint)
     return range(first, last + 1)
 
 
 def _keys(kinds: Sequence[str], numbers: range, robots: Sequence[int]) -> list[Key]:
-    """All that a backup asks for."""
+    """Return the keys that a backup reads."""
     keys: list[Key] = []
     for kind in kinds:
         which = numbers if kind in ("points", "comments") else range(COUNTS[kind])

@@ -19,9 +19,8 @@ _PATIENCE_S = 2.0
 def progress_bar(what: str, shown: bool) -> Iterator[Callable[[float], None]]:
     """Progress on stderr: a bar on a terminal that shows nothing else, else a line at times.
 
-    Args:
-        what: What is done, as `reading`.
-        shown: Nothing else tells the user that something goes on.
+    `what` names the work, such as `reading`. `shown` is False if the command itself prints lines
+    that show that it goes on.
     """
     if shown and sys.stderr.isatty():
         with Progress(console=Console(stderr=True), transient=True) as drawn:

@@ -17,16 +17,16 @@ from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
 from structured_text.errors import InputError
 
+__all__ = ["prove"]
+
 if TYPE_CHECKING:
     from structured_text.prove.user import Result
 
-__all__ = ["prove"]
-
 #: Columns where it is no terminal that is printed to.
 _WIDE = 200
-#: What is no reason for the exit code 1.
+#: Results that do not cause exit code 1.
 _GOOD = ("proved", "noted")
-#: How every file that this command has written begins.
+#: First bytes of every file of this command.
 _BEGINNING = '{"inputs": '
 
 
@@ -43,6 +43,9 @@ def prove(
     ] = Path("out/prove"),
     overflow: Annotated[
         bool, typer.Option("--overflow", help="Arithmetic has to stay in its type, too.")
+    ] = False,
+    no_robot: Annotated[
+        bool, typer.Option("--no-robot", help="The program alone: no areas, no controller.")
     ] = False,
     json_file: JsonFile = None,
 ) -> None:
@@ -79,13 +82,14 @@ def prove(
             limit_us / 1e6,
             out,
             overflow=overflow,
+            robot=not no_robot,
             tell=tell,
             lib=lib,
             replace=replaced,
         )
         results, inputs = prove_program(files, settings)
     with written.apart():
-        _print(results, inputs)
+        _print(results, [*inputs, *([] if no_robot else ["and the robot"])])
     rows = json.dumps([asdict(one) for one in results], indent=1)
     written.write(f'{_BEGINNING}{json.dumps(inputs)}, "properties": {rows}}}\n')
     if any(one.status not in _GOOD for one in results):
@@ -93,7 +97,7 @@ def prove(
 
 
 def _print(results: list[Result], inputs: list[str]) -> None:
-    print(f"inputs, each of any value in each scan: {', '.join(inputs) or 'none'}, and the robot")
+    print(f"inputs, each of any value in each scan: {', '.join(inputs) or 'none'}")
     table = Table("status", "s", "where", "what", box=None, pad_edge=False)
     colours = {"proved": "green", "refuted": "red", "unknown": "yellow", "noted": "cyan"}
     for one in results:

@@ -19,7 +19,7 @@ from structured_text.output.system import told_to_end
 
 __all__ = ["record"]
 
-#: What captures, in the order of choice; all take the same options for what is asked of them here.
+#: Programs that capture, in the order of preference; they share the options that are used here.
 _TOOLS = ("dumpcap", "tshark")
 _INSTALL = "install Wireshark, whose tools dumpcap or tshark capture (Debian: apt install tshark)"
 _RIGHTS = "Linux: root, or the group wireshark; macOS: ChmodBPF; Windows: Npcap"

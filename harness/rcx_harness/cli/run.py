@@ -1,4 +1,4 @@
-"""`rcx run`: build the cell, let time pass, write what was asked for, tell what came of it."""
+"""`rcx run`: build the cell, run it, write the requested files, and report the result."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Timer
-from types import TracebackType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -19,13 +18,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from rcx_harness.cell import EVENTS, Cell
-from rcx_harness.cell.build import check_outputs, several
+from rcx_harness.cell.build import several
 from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, no_connection
-from rcx_harness.cli.no_robot import refuse
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
@@ -49,6 +47,7 @@ from rcx_harness.trace.wave import Wave
 from rcx_harness.watch.safety_source import safety_inputs
 from structured_text.bench import Bench
 from structured_text.bench import stimulus as stimuli
+from structured_text.bench.outputs import check_outputs
 from structured_text.engines.builtin.collector import Collector, counting
 from structured_text.errors import InputError, legible
 from structured_text.output.console import draws
@@ -56,25 +55,25 @@ from structured_text.output.files import replace_files
 from structured_text.output.units import format_us, parse_us
 from structured_text.projects.sources import SourceFiles
 
+__all__ = ["EPILOG", "RunOptions", "run"]
+
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
     from structured_text.coverage.output import Outcome
 
-__all__ = ["EPILOG", "RunOptions", "run"]
-
 EPILOG = "Events of a stimulus:\n\n" + "\n".join(f"- {one}: {EVENTS[one]}" for one in EVENTS)
 
-#: Reports on the way come this often [s of real time].
+#: Interval between progress reports [s of real time].
 _REPORT_S = 0.25
 _SLICES = 400
 #: Default time-out in real time: the longer of so many intervals and of this time.
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
-#: Nothing is said of what takes less than this [s of real time].
+#: Shorter work is not reported [s of real time].
 _PATIENCE_S = 2.0
 _MOST_SHOWN = 20
 #: Byte of SI(00) in the area to the robot (manual chapter 5, 2).
 _SI_00 = 32
-#: Where the report of the coverage goes.
+#: Default folder of the coverage report.
 _COVERAGE = Path("out/coverage")
 _SHORTEST_LINE_US = 1_000
 
@@ -168,11 +167,7 @@ class RunOptions(CellOptions):
         return self.realtime or self.connect is not None
 
     def where(self) -> Elsewhere | None:
-        """Return the controller of `--connect`, if given.
-
-        Raises:
-            InputError: no address, or options that go with no such controller.
-        """
+        """Return the controller of `--connect`, if given."""
         if self.connect is None:
             if (self.input_instance, self.output_instance) != (TO_MASTER, TO_ROBOT):
                 hint = "leave them out, or name a controller with --connect"
@@ -199,11 +194,7 @@ class RunOptions(CellOptions):
         )
 
     def of_cell(self) -> dict[str, Any]:
-        """Return the arguments of `Cell.build`; without an option its default applies.
-
-        Raises:
-            InputError: options that exclude each other.
-        """
+        """Return the arguments of `Cell.build`; without an option its default applies."""
         return super().of_cell() | {"seed": self.seed, **self._further()}
 
     def _further(self) -> dict[str, Any]:
@@ -215,23 +206,14 @@ class RunOptions(CellOptions):
     def bench(self, files: SourceFiles, **more: Any) -> Bench:
         """Put the program onto a bench, without a robot.
 
-        Args:
-            files: Its sources.
-            more: Of the arguments of `Bench.build` those that differ from the options.
-
-        Raises:
-            InputError: as `Bench.build`.
+        `more` are the arguments of `Bench.build` that differ from the options.
         """
         given = {"engine": self.engine, "scan": self.scan, "trace": self.trace}
         return Bench.build(files, **{**given, "watch": self.watch or (), **more})
 
     @property
     def line_us(self) -> int | None:
-        """Time of a line of a chart that is true to scale, 0 for one that fits; None: events.
-
-        Raises:
-            InputError: no scale.
-        """
+        """Time of a line of a chart that is true to scale, 0 for one that fits; None: events."""
         if self.scale in ("events", "time"):
             return None if self.scale == "events" else 0
         try:
@@ -257,7 +239,7 @@ class RunOptions(CellOptions):
         return "enip-realtime"  # of --connect the link is another, whatever is said here
 
     def _timeout(self) -> str | int | None:
-        """In real time this computer may be late without the link being lost."""
+        """Return the time-out; in real time it tolerates delays of this computer."""
         if self.timeout is None and self.live:
             return max(_PATIENT_INTERVALS * parse_us(self.rpi), _PATIENT_US)
         return self.timeout
@@ -287,8 +269,6 @@ def run(options: RunOptions) -> None:
     Exit code: 0 without a violation, 1 with violations or too little coverage, 2 on bad input, and
     with --connect if no packet came from the controller.
     """
-    if options.no_robot:
-        refuse(options)
     collector = _collector(options)
     _check_panel(options)
     if (where := options.where()) is not None:
@@ -303,11 +283,7 @@ def run(options: RunOptions) -> None:
 
 
 def _collector(options: RunOptions) -> Collector | None:
-    """Return the coverage collector, if coverage is requested.
-
-    Raises:
-        InputError: what cannot be done, or is said of a coverage that is not asked for.
-    """
+    """Return the coverage collector, if coverage is requested."""
     if not options.coverage:
         given = {
             "--coverage-out": options.coverage_out,
@@ -458,11 +434,7 @@ def _beside(files: SourceFiles) -> Iterator[Path]:
 
 
 def _check_panel(options: RunOptions) -> None:
-    """Can there be a page for the program's panels?
-
-    Raises:
-        InputError: no; with what to do.
-    """
+    """Raise InputError if the options do not allow a page for the program's panels."""
     if options.panel is None:
         return
     check_port("--panel", options.panel or 1)
@@ -530,7 +502,7 @@ class _Progress:
         return self
 
     def __call__(self, done_us: int, total_us: int) -> None:
-        """Tell how far it is, in virtual microseconds."""
+        """Show the progress, in virtual microseconds."""
         self._compiling.cancel()
         if not sys.stderr.isatty():
             if time.monotonic() - self._told >= _PATIENCE_S:
@@ -542,12 +514,7 @@ class _Progress:
             self._task = self._bar.add_task("run", total=total_us / 1e6)
         self._bar.update(self._task, completed=done_us / 1e6)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *of: object) -> None:
         self._compiling.cancel()
         if self._task is not None:
             self._bar.stop()

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import check_outputs
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interval_us
 from rcx_harness.cli.options import config_data as data_of
 from rcx_harness.cli.options import config_instance as instance_of
@@ -17,6 +16,7 @@ from rcx_harness.enip.originator.scanner import Assemblies
 from rcx_harness.look.look import ScanOptions
 from rcx_harness.look.look import scan as look
 from rcx_harness.spec.wire import SIZE, check_size
+from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError
 
 __all__ = ["scan"]
@@ -81,7 +81,7 @@ def scan(
     check_outputs({"trace": trace}, None)
     if heartbeat is not None and not 1 <= heartbeat <= 0xFFFF:
         hint = "they are 1 to 65535"
-        raise InputError(f"--heartbeat {heartbeat} is no connection point", hint=hint)
+        raise InputError(f"--heartbeat {heartbeat} is not a connection point", hint=hint)
     if address:
         check_ipv4("--from", address)
     asked = Assemblies(

@@ -23,7 +23,7 @@ from structured_text.errors import InputError
 
 __all__ = ["serve"]
 
-#: Where the web page is (serve/guard.py).
+#: Address of the web page (serve/guard.py).
 _WEB_HOST = "127.0.0.1"
 
 
@@ -107,7 +107,7 @@ def _addresses(texts: Sequence[str]) -> list[str]:
             ipaddress.IPv4Address(text)
         except ValueError:
             hint = "write it as 127.0.0.1"
-            raise InputError(f"{text!r} is no IPv4 address", hint=hint) from None
+            raise InputError(f"{text!r} is not an IPv4 address", hint=hint) from None
     twice = [text for text in texts if texts.count(text) > 1]
     if twice:
         hint = "127.0.0.2, 127.0.0.3 ... are this computer's, too"

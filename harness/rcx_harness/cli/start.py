@@ -1,4 +1,4 @@
-"""The start of the command `rcx`: its streams, its signals, and errors that nobody expected."""
+"""The start of the command `rcx`: its streams, its signals, and unexpected errors."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def main() -> int:
 
     Returns:
         The exit code: 0, 1 or 2; 3 after an error of our own, 130 after Ctrl-C, 143 after SIGTERM,
-        141 where nobody reads the output any more.
+        141 if the reader of the output has closed the pipe.
     """
     came: list[int] = []  # signals that end a process as Ctrl-C does
     try:

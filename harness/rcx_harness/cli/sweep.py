@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,14 +16,13 @@ from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import counted, duration_us, with_options
 from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import Course
-from rcx_harness.verify.storm.kept import keep
 from rcx_harness.verify.storm.sweep import Inject, Shown, Sweep, injects, pieces, ranges, told
-from rcx_harness.verify.storm.written import check_folder, file_name, forget
+from rcx_harness.verify.storm.written import check_folder, file_name
 from structured_text.errors import InputError
 
 __all__ = ["sweep"]
 
-#: How every JSON of this command begins.
+#: First bytes of every JSON file of this command.
 _BEGINNING = '{"inject": '
 _AFTER_US = 1_000_000
 
@@ -95,12 +93,7 @@ def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
         print(cells.notice)
     if cells.demands.recovery is None:
         print("no [recover]: whether the cell works again is not asked")
-    kept, notice = keep(options.out / "results.jsonl", options.about(of, f"seed {options.seed}"))
-    if kept.notice:
-        print(kept.notice, file=sys.stderr)
-    if notice:
-        print(notice)
-        forget(options.out)
+    kept = options.results(of, options.out, f"seed {options.seed}")
     farm, work = options.farm(Console(stderr=True)), Sweep(of, options.seed)
     found: dict[tuple[str, str], dict[int, str]] = {}
     by_name = {one.name: one for one in what}

@@ -10,10 +10,10 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import check_outputs
 from rcx_harness.cli.options import check_ipv4, counted
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.look.view import view_file
+from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError
 from structured_text.output.files import replace_files
 from structured_text.output.paths import real

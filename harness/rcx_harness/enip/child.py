@@ -34,17 +34,6 @@ class Child:
 
     Args:
         module: The module that the process runs.
-        settings: The argument of the process.
-        name: The name of the process in messages.
-
-    Attributes:
-        process: The process.
-        orders: Its standard input.
-        reports: Its standard output.
-        started: The first message of the process.
-
-    Raises:
-        ProcessDiedError: The process ended without a message.
     """
 
     def __init__(self, module: str, settings: Mapping[str, Any], name: str) -> None:
@@ -81,18 +70,14 @@ class Child:
 
 
 def run(main: Callable[[str], None]) -> None:
-    """Run the main function of a child process.
-
-    Args:
-        main: Called with the argument of the process.
-    """
+    """Run the main function of a child process."""
     global _is_child
     _is_child = True
     main(sys.argv[1])
 
 
 def _started(module: str, argument: str) -> subprocess.Popen[str] | system.PipedCopy:
-    # What is not ours may have threads, which a copy would not have, and locks that they hold.
+    # Other modules may have started threads. A copy has their locks, but not the threads.
     if system.COPIES and _is_child and threading.active_count() == 1:
         return system.PipedCopy(lambda: import_module(module).main(argument), module)
     return subprocess.Popen(

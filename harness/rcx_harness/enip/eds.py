@@ -62,16 +62,10 @@ def eds_text(
 ) -> str:
     """Return the complete sheet.
 
-    Args:
-        size: Bytes of each area that a tool proposes, 48 or 256; both can be chosen in it.
-        identity: The identity of the device; default: the adapter's.
-        options: Packet intervals and connection points; default: the adapter's.
+    `size` is the size of each area that a tool proposes first; both sizes can be chosen in it.
 
     Returns:
         ASCII text with LF line ends.
-
-    Raises:
-        InputError: No area has this size.
     """
     check_size(size)
     options = options or AdapterOptions()

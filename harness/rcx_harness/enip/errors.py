@@ -13,7 +13,7 @@ class EnipError(InputError):
 
 
 class ProcessDiedError(EnipError):
-    """A process of ours has ended by itself: nobody's input is wrong."""
+    """A process of the harness has ended by itself; the user's input is not the cause."""
 
     exit_code = 1
 
@@ -22,9 +22,7 @@ class CipError(EnipError):
     """The device answered, and refused.
 
     Args:
-        request: What was asked, in words.
-        status: General status of the reply, 1 to 255.
-        extended: Additional status words of the reply.
+        request: The request in words.
     """
 
     def __init__(self, request: str, status: int, extended: tuple[int, ...] = ()) -> None:

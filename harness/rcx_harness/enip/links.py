@@ -1,7 +1,7 @@
 """The network between a master and the controller's adapter: in lock-step, or in real time.
 
-In lock-step a packet is a real exchange, over before time goes on; in real time both areas go by
-cyclic I/O, as between a PLC and the controller.
+In lock-step every packet is a real exchange that ends before virtual time continues. In real time
+both areas travel by cyclic I/O, as between a PLC and the controller.
 """
 
 from __future__ import annotations
@@ -41,12 +41,9 @@ class _Link:
 class LockstepLink(_Link):
     """A `rcx_harness.cell.link.Link` over EtherNet/IP on the loopback interface.
 
-    The master's two calls are explicit messages to the adapter's process and return when it has
-    answered; the robot's two go to the adapter's memory. So every call sees the effect of all
-    calls before it, as with a `DirectLink`.
-
-    Args:
-        size: Bytes of each area, 48 or 256.
+    The two calls of the master are explicit messages to the adapter's process and return after its
+    answer. The two calls of the robot access the adapter's memory. So every call sees the effect
+    of all calls before it, as with a `DirectLink`.
 
     Raises:
         InputError: another size, or the adapter did not start.
@@ -92,23 +89,16 @@ class LockstepLink(_Link):
 class Class1Link(_Link):
     """A `rcx_harness.cell.link.Link` over one exclusive-owner connection on the loopback interface.
 
-    Nothing here waits: a call gives what has arrived last, or sets what goes out next. The
-    connection is opened by `scanner.open()`, and anew by the same call after a loss; whether it
-    lives, `scanner.read().connected` says at the master and `shared.status().owner` at the robot.
+    No call waits: it returns the data that arrived last, or sets the data to send next.
+    `scanner.open()` opens the connection, also after a loss. `scanner.read().connected` (master)
+    and `shared.status().owner` (robot) show whether it is alive.
 
     Args:
-        size: Bytes of each area, 48 or 256.
-        rpi_us: Packet interval of both directions in microseconds, from 1 ms.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
         address: Loopback address of the adapter and of the scanner; their ports are free ones.
 
     Attributes:
-        adapter: The robot's end.
-        scanner: The master's end.
         shared: Both areas at the robot's end, and the state of the connection.
-
-    Raises:
-        InputError: another size, interval or multiplier, or a process did not start.
     """
 
     def __init__(

@@ -32,11 +32,7 @@ class Identity:
     product_name: str = "RCX3 virtual controller"
 
     def __post_init__(self) -> None:
-        """Refuse what the attributes cannot carry.
-
-        Raises:
-            InputError: a number out of its attribute's range, or a name of more than 32 letters.
-        """
+        """Raise InputError for values that do not fit into the attributes."""
         limits = {
             "vendor": 0xFFFF,
             "device_type": 0xFFFF,
@@ -55,21 +51,21 @@ class Identity:
 
 @dataclass(frozen=True)
 class AdapterOptions:
-    """Settings of the adapter. What the manual does not tell is assumed, and can be set here.
+    """Settings of the adapter; values that the manual does not give are assumed.
 
     Args:
-        rpi_min_us: Smallest packet interval that is accepted, in microseconds. Assumed: 2 ms as
-            the RCX3's predecessor; at least 1 ms.
-        rpi_max_us: Greatest packet interval, in microseconds. Assumed likewise: 3.2 s.
-        input_only: Connection point to name as the consuming one of an Input Only connection.
-        listen_only: The same of a Listen Only connection. Both are assumed: 3 and 4 are usual
-            with communication modules whose assemblies are 100 and 150.
+        rpi_min_us: Smallest accepted packet interval in microseconds, at least 1 ms. Assumed: 2 ms,
+            as of the RCX3's predecessor; the greatest one likewise, 3.2 s.
+        input_only: Consuming connection point of an Input Only connection.
+        listen_only: Consuming connection point of a Listen Only connection. Both are assumed: 3 and
+            4 are usual for communication modules with the assemblies 100 and 150.
         configurations: Configuration instances that a connection may name; it may also name none.
-        older_status: Refuse with the fewer extended status codes of earlier editions of CIP.
+        older_status: Refuse with the smaller set of extended status codes of earlier editions of
+            CIP.
         inactivity_s: Seconds of silence after which a TCP connection is closed; 0 for never.
-        first_packet_us: Longest wait for the first packet of a cyclic connection, in microseconds,
-            where its own time-out is longer. Assumed: 10 s, the least that CIP gives it; by the
-            letter of CIP a master that never sends holds its connection for up to 512 intervals.
+        first_packet_us: Upper limit of the wait for the first packet of a cyclic connection, in
+            microseconds. Assumed: 10 s, the minimum of CIP. Without this limit, CIP lets a master
+            that never sends hold its connection for up to 512 intervals.
     """
 
     rpi_min_us: int = 2_000
@@ -82,13 +78,7 @@ class AdapterOptions:
     first_packet_us: int = FIRST_PACKET_US
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be served.
-
-        Raises:
-            InputError: an interval below 1 ms or none left, instances out of range or used twice,
-                an inactivity that attribute 13 of the TCP/IP Interface object cannot hold, or less
-                than 10 s for the first packet.
-        """
+        """Raise InputError for settings that the adapter cannot serve."""
         if not 1_000 <= self.rpi_min_us <= self.rpi_max_us <= 0xFFFFFFFF:
             least, greatest = format_us(self.rpi_min_us), format_us(self.rpi_max_us)
             raise InputError(

@@ -1,4 +1,4 @@
-"""One look at a controller through a cyclic connection, as a PLC has it (`rcx scan`)."""
+"""Observe a controller through a cyclic connection, as a PLC has it (`rcx scan`)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _WORDS_HINT = (
 )
 _FIRST_S = 10.0
 _DIGITS = 5
-#: Those of `rcx scan` that a refusal's remedy may name.
+#: Options of `rcx scan` that the remedy for a refusal may name.
 _OPTIONS = (
     *("--write", "--listen-only", "--heartbeat", "--input-instance"),
     *("--config-data", "--config-instance"),
@@ -52,16 +52,14 @@ class ScanOptions:
     """The options of `rcx scan`.
 
     Attributes:
-        host: Address of the controller.
-        assemblies: What to exchange; 48 or 256 bytes are shown as the controller's areas.
-        rpi_us: Requested packet interval in microseconds.
-        duration_us: How long to look after the first packet, in microseconds.
+        assemblies: Assemblies to exchange; those of 48 or 256 bytes are shown as the controller's
+            areas.
+        duration_us: Time to observe after the first packet, in microseconds.
         kind: An exclusive owner drives the robot; the others send no data.
-        writes: What an exclusive owner sends, `NAME=VALUE` each; all else is 0.
+        writes: What an exclusive owner sends, as `NAME=VALUE`; everything else is 0.
         multiplier: Connection time-out multiplier as coded, 0 to 7.
-        port: TCP port of the controller.
-        address: Address of this machine to work from; empty for the one that leads there.
-        trace: Where to write what is seen; None for nowhere.
+        address: Address of this machine to send from; empty: the system chooses.
+        trace: File for a trace; None: no file.
     """
 
     host: str
@@ -77,16 +75,11 @@ class ScanOptions:
 
 
 def output_image(writes: Sequence[str], size: int) -> bytes:
-    """Assembly 150 with what is to be written, everything else 0.
+    """Return assembly 150 with the given values; everything else is 0.
 
-    Args:
-        writes: `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
-            purpose bit, `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command.
-            What is no area of the controller is written by its bytes: `3=0x12`.
-        size: Bytes of the area.
-
-    Raises:
-        InputError: not of this form, no such input, or a value that does not fit.
+    A write is `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
+    purpose bit, or `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command. Areas of
+    other devices are written by byte: `3=0x12`.
     """
     image = bytearray(size)
     for entry in writes:
@@ -113,15 +106,14 @@ def output_image(writes: Sequence[str], size: int) -> bytes:
 def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
     """Connect, print identity and areas, then every change.
 
-    Args:
-        options: Where, how and how long.
-        tell: Takes one line after the other.
+    `tell` is called with each line of the output.
 
     Returns:
         True if the connection held; False if it was lost.
 
     Raises:
-        InputError: bad options; the controller is not there, refuses, or sends no packet.
+        InputError: the options are wrong; the controller does not answer, refuses, or sends no
+            packet.
     """
     asked = options.assemblies
     image = output_image(options.writes, asked.output_size)
@@ -176,7 +168,7 @@ def _first(scanner: Scanner) -> Received:
 
 
 def _written(scanner: Scanner, asked: Assemblies) -> bytes | None:
-    """Return what the master writes; None where it cannot be read, or nothing is in it."""
+    """Return the data of the master; None if they cannot be read or are empty."""
     try:
         return scanner.client.get_assembly(asked.output_instance) or None
     except CipError:
@@ -217,12 +209,7 @@ def _content(area: bytes, letter: str) -> Iterator[str]:
 
 
 class _Seen:
-    """The trace of a look: the areas whenever one is another than before.
-
-    Args:
-        options: Where to write it.
-        written: What we send; empty where we send nothing.
-    """
+    """The trace of `rcx scan`: the areas at each change."""
 
     def __init__(self, options: ScanOptions, written: bytes) -> None:
         self._written, self._looks = written, 0
@@ -260,7 +247,7 @@ def _watch(
     tell: Callable[[str], None],
     seen: _Seen,
 ) -> bool:
-    """Tell changes until the time is over (true) or the connection is lost (false)."""
+    """Print changes until the time is over (True) or the connection is lost (False)."""
     start = time.monotonic()
     seen.take(0, image)
     if duration_us:
@@ -296,7 +283,7 @@ def _tell_packets(scanner: Scanner, tell: Callable[[str], None]) -> None:
 
 
 def _place(name: str, size: int) -> tuple[int, int | None, int]:
-    """Byte, bit and width in bytes of an input."""
+    """Return byte, bit and width in bytes of an input."""
     if size not in AREA_SIZES:
         if not name.isdecimal() or len(name) > _DIGITS or int(name) >= size:
             raise InputError(f"{name:.40} is none of the {size} bytes", hint=_WRITE_BYTES)
@@ -313,7 +300,7 @@ def _place(name: str, size: int) -> tuple[int, int | None, int]:
         place = None
     if place is None or place.output or place.bank:
         hint = _WORDS_HINT if name.upper().startswith(("SIW", "SID")) else _WRITE
-        raise InputError(f"{name} is no input of the robot that can be written", hint=hint)
+        raise InputError(f"{name} is not an input of the robot that can be written", hint=hint)
     if place.at + place.size > size:
         raise InputError(f"{name} needs the extended area", hint="add --size 256")
     return place.at, place.bit, place.size

@@ -36,8 +36,7 @@ _DEVICE_STATES = {
 def identity_lines(attributes: bytes) -> Iterator[str]:
     """Return the identity of the device.
 
-    Args:
-        attributes: Data of Get_Attributes_All of the Identity object.
+    `attributes` is the reply to Get_Attributes_All.
     """
     if len(attributes) <= _IDENTITY.size:
         yield f"identity: {attributes.hex(' ')}"
@@ -54,11 +53,9 @@ def identity_lines(attributes: bytes) -> Iterator[str]:
 
 
 def area_lines(area: bytes, letter: str) -> Iterator[str]:
-    """One area: every dedicated bit; of all others those that are not 0.
+    """Yield the lines of an area: every dedicated bit, and all other values that are not 0.
 
-    Args:
-        area: 48 or 256 bytes.
-        letter: `O` for the robot's outputs (assembly 100), `I` for its inputs (150).
+    `letter` is `O` for the robot's outputs (assembly 100), `I` for its inputs (assembly 150).
     """
     for signal in _dedicated(letter):
         yield f"  {signal.signal:<6} {_level(area, signal):<3}  {signal.title}"
@@ -71,25 +68,20 @@ def area_lines(area: bytes, letter: str) -> Iterator[str]:
 
 
 def byte_lines(area: bytes) -> Iterator[str]:
-    """Any assembly, 16 bytes a line in hexadecimal, each line with the number of its first."""
+    """Yield an assembly in hexadecimal, 16 bytes a line, each with the number of its first byte."""
     for at in range(0, len(area), _BYTES_A_LINE):
         yield f"  {at:>4}  {area[at : at + _BYTES_A_LINE].hex(' ')}"
 
 
 def byte_change_lines(before: bytes, after: bytes) -> Iterator[str]:
-    """Which bytes of any assembly are others."""
+    """Yield the changed bytes of an assembly."""
     for at, (old, new) in enumerate(zip(before, after, strict=True)):
         if old != new:
             yield f"byte {at} = 0x{new:02X}"
 
 
 def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
-    """Yield the last telegram in plain language.
-
-    Args:
-        to_master: Assembly 100.
-        to_robot: Assembly 150; None where it cannot be read.
-    """
+    """Yield the last telegram in plain language."""
     answer = _WORDS.unpack_from(to_master)
     request = _WORDS.unpack_from(to_robot) if to_robot is not None else None
     if request is None:
@@ -123,7 +115,7 @@ def _level(area: bytes, signal: spec.Signal) -> str:
 
 
 def _others(area: bytes, letter: str) -> Iterator[tuple[str, str]]:
-    """Words and general-purpose bits, by the manual's names."""
+    """Yield words and general-purpose bits with the manual's names."""
     words = [*range(0, DEDICATED_AT, 2), *range(SIZE, len(area), 2)]
     for at in words:
         yield f"S{letter}W({at // 2})", format_word(area[at] | area[at + 1] << 8)

@@ -22,9 +22,9 @@ class Seen:
     """The result of reading a recording.
 
     Attributes:
-        page: The page, as HTML.
-        broken: How many rules were broken.
-        cut: Why it ends too early; None where it does not. What comes before is in the page.
+        broken: Number of broken rules.
+        cut: Why the recording ends too early; None if it does not. The page shows everything
+            before.
     """
 
     page: str
@@ -37,19 +37,14 @@ def view_file(
     hosts: Collection[bytes] = (),
     progress: Callable[[float], None] = lambda share: None,
 ) -> Seen:
-    """Make the page of a recording: a trace, or a capture (pcapng, pcap).
+    """Return the page of a recording: a trace, or a capture (pcapng, pcap).
 
     What nobody has judged yet, a capture or a trace of `rcx serve` or `rcx scan`, is judged first,
     so that the broken rules of both sides are in the page. What has positions keeps them: its own
     records are shown then, with the broken rules among them.
 
-    Args:
-        file: The recording.
-        hosts: Of a capture: addresses of the controllers, four bytes each.
-        progress: Is called with the share of the file that has been read.
-
-    Raises:
-        InputError: it cannot be read, or has nothing of a controller in it.
+    `hosts` are addresses of the controllers in a capture, four bytes each. `progress` is called
+    with the share of the file that has been read.
     """
     if is_judged(file):
         return _view(read_trace(file, progress), file)

@@ -25,7 +25,7 @@ CI: dict[str, str] = {
 _TEMPLATE = Path(__file__).resolve().parent / "template"
 _PLACES = [120000, -45000, 30000, 0], [-80000, 60000, 30000, 0]
 _NAME = re.compile(r"\w[\w .-]{0,59}")
-#: What may be in the folder already: an empty repository.
+#: Names that the folder may contain already: an empty repository.
 _WELCOME = {".git"}
 
 
@@ -38,18 +38,12 @@ def new_project(
 ) -> list[Path]:
     """Write the template into a new or empty folder.
 
-    Args:
-        folder: Where; its parents are made.
-        name: The cell's name in the README; default: the folder's.
-        size: Bytes of the areas, 48 or 256.
-        ci: `"github"`, `"gitlab"`, `"jenkins"` or `"all"`.
-        robot: A model of docs/reference/robots.md; default: axes that are X, Y, Z and R themselves.
+    `name` is the cell's name in the README, by default that of the folder. `ci` is `"github"`,
+    `"gitlab"`, `"jenkins"` or `"all"`. `robot` is a model of docs/reference/robots.md; by default
+    the axes are X, Y, Z and R themselves.
 
     Returns:
         The files, relative to the folder.
-
-    Raises:
-        InputError: the folder has files, or an argument is wrong.
     """
     check_size(size)
     if ci != "all" and ci not in CI:
@@ -57,7 +51,7 @@ def new_project(
     title = real(folder).name if name is None else name
     if not _NAME.fullmatch(title):
         raise InputError(
-            f"{title!r} is no name for a cell",
+            f"{title!r} is not a name for a cell",
             hint="give --name with letters, digits, spaces, '.', '-' and '_', at most 60",
         )
     _check_empty(folder)
@@ -86,11 +80,7 @@ def _points(model: RobotModel) -> list[list[int]]:
 
 
 def _robot(name: str | None) -> dict[str, str]:
-    """Return what the template has for a model; without a model it has axes of its own.
-
-    Raises:
-        InputError: there is no such model.
-    """
+    """Return what the template has for a model; without a model it has axes of its own."""
     if name is None:
         return {"@ROBOT@": ""} | {f"@POINT{k}@": str(at) for k, at in enumerate(_PLACES, 1)}
     models = robot_models()

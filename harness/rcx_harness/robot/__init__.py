@@ -9,9 +9,9 @@ if TYPE_CHECKING:
     from rcx_harness.robot.config import Axis, RobotConfig, RobotProgram
     from rcx_harness.robot.controller import Controller
     from rcx_harness.robot.events import EVENTS
-    from rcx_harness.robot.findings import Violation
     from rcx_harness.robot.signals import Led
     from rcx_harness.robot.stored import Hand, Pallet, Point
+    from structured_text.errors import Violation
 
 _HOME = {"Controller": "controller", "EVENTS": "events", "Violation": "findings", "Led": "signals"}
 _HOME |= dict.fromkeys(("Axis", "RobotConfig", "RobotProgram"), "config")

@@ -63,10 +63,8 @@ def reserved_bytes_of(area: bytes) -> bytes:
 def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> bytearray:
     """Build an output area.
 
-    Args:
-        general: An area with the outputs of the robot programs.
-        words: Words m to m+30; or the first two, if the remaining words belong to the programs.
-        dedicated: Bytes 32 (low) and 33 with the dedicated outputs.
+    `words` are the words m to m+30, or only the first two if the robot programs own the others.
+    `dedicated` are the bytes 32 (low) and 33.
     """
     area = bytearray(general)
     (_WORDS if len(words) == len(WORDS_AT_REST) else _DEDICATED_WORDS).pack_into(area, 0, *words)
@@ -83,11 +81,7 @@ class Overlay:
         self._parts: dict[str, list[tuple[int, int, int]]] = {}
 
     def set(self, name: str, value: int) -> None:
-        """Force an output: a bit to 0 or 1, `Status` or `SOW(2)` to 16 bits.
-
-        Raises:
-            InputError: the output does not exist, or the value does not fit.
-        """
+        """Force an output: a bit to 0 or 1, `Status` or `SOW(2)` to 16 bits."""
         spans = self._locate(name)
         if spans[0][1] != 0xFF:
             if not isinstance(value, int) or value not in (0, 1):
@@ -124,7 +118,7 @@ class Overlay:
         if name == "Status":
             return [(at, 0xFF) for at in range(DEDICATED_AT)]
         if not isinstance(name, str):
-            raise InputError(f"{name!r:.40} is no output", hint='write "SO02" or "SOW(2)"')
+            raise InputError(f"{name!r:.40} is not an output", hint='write "SO02" or "SOW(2)"')
         word = re.fullmatch(r"SOW\(?(\d{1,4})\)?", name)
         if word and 2 * int(word[1]) + 1 < self._size:
             return [(2 * int(word[1]), 0xFF), (2 * int(word[1]) + 1, 0xFF)]

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.config import RobotConfig
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.geometry import Frame
 from rcx_harness.robot.kinematics import CARTESIAN, Scara
-from rcx_harness.robot.memory import Memory
 from rcx_harness.robot.stored import AXES, ROBOTS
 from rcx_harness.spec.robots import law
 
-__all__ = ["BRAKE", "FREE", "SERVO", "Arm", "RobotSettings", "Servos", "Settings"]
+__all__ = ["Arm", "RobotSettings", "Servos", "Settings"]
 
 #: Servo state of an axis, as the servo status reference answers it (guide, 4.7.3).
 BRAKE, SERVO, FREE = 0, 1, 2
@@ -31,7 +31,7 @@ class Servos:
     """The motor power and the servo state of each axis; at first all are off and braked.
 
     Attributes:
-        motor_power: The motor power is ON; without it no servo is ON.
+        motor_power: Whether the motor power is ON; without it no servo is ON.
         states: Per index into the axes: BRAKE, SERVO or FREE.
     """
 
@@ -137,9 +137,7 @@ class Arm:
 
     Attributes:
         number: 1 to 4.
-        config: The controller's properties.
         indices: Indices of its axes in the controller; empty if the robot does not exist.
-        axes: The properties of its axes.
         model: Its type, if the robot file names one.
         scara: It is a SCARA robot.
     """
@@ -235,24 +233,15 @@ class Arm:
     def pulses_of(self, data: Sequence[int], *, mm: bool, hand: int) -> tuple[int, ...]:
         """Convert point data to pulses of its axes; data in pulses ignore shift and hand.
 
-        Args:
-            data: Of each axis, at least as many as the robot has.
-            mm: They are in 0.001 mm.
-            hand: The hand system at the target: 1 right-handed, 2 left-handed.
-
-        Raises:
-            UnreachableError: the robot cannot reach the target.
+        With `mm` the data are in 0.001 mm. `hand` is the hand system at the target: 1 right-handed,
+        2 left-handed.
         """
         if mm:
             return _rounded(self.frame_with(hand).to_pulses(data))
         return tuple(data[: len(self.axes)])
 
     def place_pulses(self, place: int, value: int, *, mm: bool) -> int:
-        """Convert a coordinate of one axis to pulses; in mm the others keep their current values.
-
-        Raises:
-            CommandError: the coordinate does not belong to a single axis of this robot.
-        """
+        """Convert a coordinate of one axis to pulses; in mm the others keep their values."""
         if not mm:
             return value
         frame = self.frame
@@ -273,9 +262,6 @@ class Arm:
 
         In millimetres these are the coordinates of the tool; other axes may have to move for them.
         `hand` is the hand system at the target, 0: the current one.
-
-        Raises:
-            UnreachableError: the robot cannot reach the target.
         """
         start = self.here
         if not mm:

@@ -11,7 +11,7 @@ from rcx_harness.robot.commands import perform
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.dedicated import DedicatedInputs
 from rcx_harness.robot.events import happen
-from rcx_harness.robot.findings import Findings, Violation
+from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.handshake import Handshake
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port
@@ -26,7 +26,7 @@ from rcx_harness.robot.signals import (
 )
 from rcx_harness.robot.stored import Point, fits_integer
 from rcx_harness.robot.tasks import Programs
-from structured_text.errors import InputError
+from structured_text.errors import InputError, Violation
 
 __all__ = ["Controller"]
 
@@ -58,7 +58,6 @@ class Controller:
     The same calls always give the same bytes.
 
     Args:
-        config: Its properties; the defaults are a four-axis robot with 48 bytes.
         seed: Determines all delays that are given as a range.
     """
 
@@ -75,9 +74,6 @@ class Controller:
 
         Returns:
             The controller's area (m to m + size - 1).
-
-        Raises:
-            InputError: `si` is not as long as the area.
         """
         state = self._state
         state.now_us = now_us
@@ -120,12 +116,7 @@ class Controller:
     def place_workpiece(self, axis: int, pulses: int | None) -> None:
         """Place a workpiece in the way of an axis, or remove it (None); PUSH stops at it.
 
-        Args:
-            axis: Number of the axis in the controller, from 1.
-            pulses: Position of the workpiece; None removes it.
-
-        Raises:
-            InputError: the axis does not exist, or the position does not fit into 32 bits.
+        Axes count from 1 in the whole controller.
         """
         count = len(self.config.axes)
         if not isinstance(axis, int) or isinstance(axis, bool) or not 1 <= axis <= count:
@@ -178,11 +169,7 @@ class Controller:
         return network_led(self._state.machine)
 
     def read_port(self, name: str) -> int:
-        """Read a port as a robot program does: `SI(20)`, `SI2()`, `SIW(2)`, `SID(2)`, or an output.
-
-        Raises:
-            InputError: the port does not exist.
-        """
+        """Read a port as a robot program does: `SI(20)`, `SI2()`, `SIW(2)`, `SID(2)`, `SO(20)`."""
         return self.machine.ports.read(port(name))
 
     def write_port(self, name: str, value: int) -> None:
@@ -190,9 +177,6 @@ class Controller:
 
         If the value is too long, only its lower bits are written. A word that is shared with remote
         commands is visible only while no response occupies it.
-
-        Raises:
-            InputError: the output does not exist.
         """
         self.machine.ports.write(port(name), value)
         self._state.wake_us = 0
@@ -222,11 +206,7 @@ class Controller:
         return self._state.findings.drain()
 
     def inject(self, event: str, **args: Any) -> None:
-        """Inject an event before the next cycle; see EVENTS.
-
-        Raises:
-            InputError: unknown event or arguments; the error suggests similar names.
-        """
+        """Inject an event before the next cycle; see EVENTS."""
         state = self._state
         state.machine.now_us = state.now_us
         was_powered = state.machine.powered

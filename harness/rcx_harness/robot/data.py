@@ -35,14 +35,7 @@ class Clock:
     def set_date(self, now_us: int, year: int, month: int, day: int) -> None:
         """Change the date; the time continues.
 
-        Args:
-            now_us: Time of the change.
-            year: Lower two digits of a year from 2000 on.
-            month: 1 to 12.
-            day: 1 to 31.
-
-        Raises:
-            ValueError: the day does not exist.
+        `year` has the lower two digits of a year from 2000 on.
         """
         shown = self._zero + timedelta(microseconds=now_us)
         self._set(now_us, datetime.combine(date(_CENTURY + year, month, day), shown.time()))
@@ -147,9 +140,8 @@ class Accumulated:
     def reset_motors(self, indices: Iterable[int], item: int = 0) -> None:
         """Reset data of these axes.
 
-        Args:
-            indices: Into the axes.
-            item: 1 servo ON count, 2 servo ON time, 3 moving distance; 0 all of them.
+        `item` is 1 for the servo ON count, 2 for the servo ON time, 3 for the moving distance, 0
+        for all.
         """
         kinds = {1: self.servo_on_counts, 2: self.servo_on_us, 3: self.distances}
         for values in kinds.values() if item == 0 else (kinds[item],):
@@ -159,8 +151,8 @@ class Accumulated:
     def reset_system(self, item: int = 0) -> None:
         """Reset data of the controller.
 
-        Args:
-            item: 1 power ON count, 2 motor power ON count, 3 operating time; 0 all of them.
+        `item` is 1 for the power ON count, 2 for the motor power ON count, 3 for the operating
+        time, 0 for all.
         """
         if item in (0, 1):
             self.power_on_count = 0
@@ -202,7 +194,6 @@ class RealTimeOutput:
     Attributes:
         enabled: The words are put out.
         definitions: By number of the word, 24 to 127.
-        words: The current values by number of the word.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -231,10 +222,8 @@ class RealTimeOutput:
     def observe(self, now_us: int, read: Callable[[str, int], int]) -> None:
         """Update the words at the interval of the configuration.
 
-        Args:
-            now_us: Time of this cycle.
-            read: Returns a quantity as a word, by its name and the index of the axis; an item
-                without a name is 0.
+        `read` returns a quantity as a word, by its name and the index of the axis. An item without
+        a name is 0.
         """
         config = self._config
         if not self.enabled or now_us < self._due_us or config.size < EXTENDED_SIZE:
@@ -280,9 +269,7 @@ class Data:
     def quantity(self, name: str, index: int) -> int:
         """Return the current value of a quantity of the real time output as an unsigned word.
 
-        Args:
-            name: One of QUANTITIES.
-            index: Into the axes; not used if the quantity does not belong to an axis.
+        `name` is one of QUANTITIES.
         """
         plain = name.removesuffix(HIGH_WORD)
         values = self._of_axis(index) if plain in QUANTITIES_OF_AXIS else self._of_system()

@@ -28,7 +28,7 @@ def _parallel(machine: Machine, port: int, on: int) -> None:
     Machine.stopped. All others are read only by robot programs and the I/O port reference.
     """
     if on > 1:
-        raise InputError(f"on = {on} of event 'parallel_input' is no level", hint="it is 0 or 1")
+        raise InputError(f"on = {on} of event 'parallel_input' is not a level", hint="it is 0 or 1")
     machine.ports.set_input(port_by_name(f"DI({port:02})"), on)
     if port == _PARALLEL_STOP:
         machine.parallel_stop = bool(on)
@@ -102,11 +102,7 @@ EVENTS: dict[str, str] = {name: text for name, (text, _) in _ACTIONS.items()}
 
 
 def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
-    """Apply an event to the machine.
-
-    Raises:
-        InputError: the event is unknown, or the arguments do not match it.
-    """
+    """Apply an event to the machine."""
     if event not in _ACTIONS:
         near = get_close_matches(event, _ACTIONS)
         hint = f"did you mean {' or '.join(near)}" if near else "see rcx run --help"
@@ -119,7 +115,8 @@ def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
         raise _wrong_arguments(event, takes, args)
     for name, value in args.items():
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 0xFFFF:
-            raise InputError(f"{name} = {value!r} of event {event!r} is no number from 0 to 65535")
+            given = f"{name} = {value!r} of event {event!r}"
+            raise InputError(f"{given} is not a number from 0 to 65535")
     action(machine, **args)
 
 

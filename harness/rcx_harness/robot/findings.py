@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from structured_text.errors import Violation
 
-__all__ = ["Findings", "Violation"]
+__all__ = ["Findings"]
 
 
 class Findings:

@@ -65,11 +65,7 @@ class Frame:
         return tuple(mm[: len(own)])
 
     def to_pulses(self, mm: Sequence[float]) -> tuple[float, ...]:
-        """Return the positions of the axes for the tool at `mm`; not rounded.
-
-        Raises:
-            UnreachableError: the axes cannot bring the tool there.
-        """
+        """Return the positions of the axes for the tool at `mm`; not rounded."""
         own = list(mm)
         if not self._plain:
             own = _padded(own)

@@ -43,11 +43,7 @@ class Kinematics(Protocol):
         """Return the place of the flange."""
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """Return the joints that bring the flange to a place.
-
-        Raises:
-            UnreachableError: there are none.
-        """
+        """Return the joints that bring the flange to a place."""
 
     def bend(self, joints: Sequence[float]) -> float | None:
         """Return the bend of the arm [degree], positive right-handed; None without an arm.

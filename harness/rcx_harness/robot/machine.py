@@ -12,8 +12,8 @@ from collections.abc import Hashable, Iterable
 from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, AlarmList, CommandError
 from rcx_harness.robot.arm import Arm, Servos, Settings
 from rcx_harness.robot.config import RobotConfig
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.data import Data
-from rcx_harness.robot.memory import Memory
 from rcx_harness.robot.motion import Motion, Movement, OriginRun, Origins
 from rcx_harness.robot.paths import Path
 from rcx_harness.robot.ports import Ports
@@ -210,13 +210,8 @@ class Machine:
         Movements are refused in emergency stop, in stop, with servos off, with a serious alarm,
         during a program (if so configured), and while the robot is already moving.
 
-        Args:
-            arm: The robot that is to move.
-            places: The places of its moving axes; None: all axes.
-            by_program: A robot program moves it.
-
-        Raises:
-            CommandError: with the number of the alarm that gives the reason.
+        `places` are the places of the moving axes; None: all axes. With `by_program` a robot
+        program moves them.
         """
         config = self.config
         indices = arm.indices if places is None else [arm.indices[place] for place in places]
@@ -273,10 +268,8 @@ class Machine:
     ) -> None:
         """Switch all servos off and end all motion, with the alarm `number` as its reason.
 
-        Args:
-            number: The number of the alarm.
-            lock: Apply all brakes, also of free axes (guide, 4.2.20); else as configured.
-            stop_programs: Stop the robot programs, too.
+        With `lock`, all brakes are applied, also those of free axes (guide, 4.2.20); otherwise as
+        configured. With `stop_programs` the robot programs stop, too.
         """
         self.servos.switch_all_off(keep_free=not (lock or self.config.servo_off_brakes_free_axes))
         self.pending.pop("servo_on_delay", None)

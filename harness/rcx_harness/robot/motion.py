@@ -20,8 +20,6 @@ class Movement:
     """A movement under way.
 
     Attributes:
-        path: Its way.
-        start_us: Time of its start.
         duration_us: From start to target [us].
         relative: Key by which a relative movement (MOVEI, DRIVEI) is recognised again, else None.
         tolerance: Per axis, the distance to its target at which it counts as arrived [pulses].
@@ -129,11 +127,8 @@ class Motion:
     ) -> None:
         """Stop movements because of an alarm; their axes stay where they are.
 
-        Args:
-            now_us: Time of the stop.
-            positions: Of all axes [pulses]; changed.
-            number: The alarm.
-            axes: Stop only movements with one of these axes; None: all movements.
+        The entries of `positions` [pulses] are updated. `number` is the alarm. With `axes`, only
+        movements of one of these axes stop.
         """
         self.advance(now_us, positions)
         for robot, movement in list(self._movements.items()):

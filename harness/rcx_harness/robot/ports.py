@@ -52,35 +52,28 @@ class Port:
 
 @cache
 def port(name: str) -> Port:
-    """Return the port of a name such as `SO(20)`, `SO2()`, `SOW(2)`, `SOD(2)` or `MO(20)`.
-
-    Raises:
-        InputError: the port does not exist, or it is not general-purpose.
-    """
+    """Return the port of a name such as `SO(20)`, `SO2()`, `SOW(2)`, `SOD(2)` or `MO(20)`."""
     text = name.replace(" ", "").upper()
     if other := _OTHER.fullmatch(text):
         number = int(other[2] or other[3], 8)
         return _other(text, other[1], number, int(other[4]) if other[4] else None)
     match = _NAME.fullmatch(text)
     if not match:
-        raise InputError(f"{name} is no port", hint="write SO(20), SO2(), SOW(2) or SOD(2)")
+        raise InputError(f"{name} is not a port", hint="write SO(20), SO2(), SOW(2) or SOD(2)")
     output = match[1] == "O"
     if match[2]:
         return _word(text, output, double=match[2] == "D", number=int(match[3]))
     number = int(match[4] or match[5], 8)  # SO7() is followed by SO10()
     if number > _LAST_PORT or (output and number < _FIRST_FREE):
         hint = "SO2() to SO7() and SO10() to SO15() can be written, SI0() to SI15() be read"
-        raise InputError(f"{name} is no port of this board", hint=hint)
+        raise InputError(f"{name} is not a port of this board", hint=hint)
     return Port(text, output, DEDICATED_AT + number, 1, int(match[6]) if match[6] else None)
 
 
 def port_of(kind: str, number: int, bit: int | None = None) -> Port:
     """Return a port of the robot language by its kind, such as `DO`.
 
-    Args:
-        kind: DI, DO, MO, LO, TO, SI or SO.
-        number: Index of the port: its name is octal, so 10() is port 8.
-        bit: One bit of it; None: all eight.
+    Names of ports are octal, so 10() has the number 8. `bit` selects one bit; None: all eight.
     """
     name = f"{kind}{number:o}()" if bit is None else f"{kind}({number:o}{bit})"
     if kind in ("SI", "SO") and number <= _LAST_PORT:
@@ -92,7 +85,7 @@ def _other(text: str, kind: str, number: int, bit: int | None) -> Port:
     first = _FIRST_FREE if kind in ("DO", "MO") else 0
     if not first <= number < _BANKS[kind]:
         hint = "DO and MO have the ports 2 to 27, LO 0 and 1, TO 0, DI 0 to 27"
-        raise InputError(f"{text} is no port", hint=hint)
+        raise InputError(f"{text} is not a port", hint=hint)
     return port_of(kind, number, bit)
 
 
@@ -153,22 +146,14 @@ class Ports:
         return value if place.bit is None else value >> place.bit & 1
 
     def write(self, place: Port, value: int) -> None:
-        """Set an output; if the value is too long, its lower bits are written.
-
-        Raises:
-            InputError: the port is an input, or a word beyond the area.
-        """
+        """Set an output; if the value is too long, its lower bits are written."""
         if not place.output:
             raise InputError(f"{place.name} is an input of the robot", hint="outputs can be set")
         self._check(place)
         self._store(self.banks[place.bank] if place.bank else self.outputs, place, value)
 
     def set_input(self, place: Port, value: int) -> None:
-        """Set an input that does not come from the master: `DI(20)` or `DI2()`.
-
-        Raises:
-            InputError: the port is any other port.
-        """
+        """Set an input that does not come from the master: `DI(20)` or `DI2()`."""
         if place.output or not place.bank:
             raise InputError(f"{place.name} is not an input of the parallel I/O board")
         self._store(self.banks[place.bank], place, value)

@@ -19,9 +19,6 @@ def axes_of(controllers: Sequence[Controller], unit: str) -> list[list[str]]:
     """Return the titles of the values of `where` per controller: `Position X [mm]`.
 
     The titles are empty without a unit.
-
-    Raises:
-        InputError: the unit does not exist.
     """
     if unit not in ("", _PULSES, _MM):
         raise InputError(f"positions are in {unit!r}", hint=f"use {_PULSES} or {_MM}")

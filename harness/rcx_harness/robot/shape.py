@@ -12,7 +12,7 @@ from typing import Any
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.controller import Controller
-from rcx_harness.robot.memory import Memory
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.stored import ROBOTS, Point
 
 __all__ = ["MOST_POINTS", "poses", "shapes"]

@@ -35,7 +35,6 @@ __all__ = [
     "parameter_ranges",
     "single",
     "to_bits",
-    "toward_zero",
     "variable_number",
 ]
 
@@ -164,11 +163,6 @@ def nearest(value: Fraction) -> int:
     return size if value >= 0 else -size
 
 
-def toward_zero(value: Fraction) -> int:
-    """Return the integer part."""
-    return math.trunc(value)
-
-
 def single(value: float) -> float:
     """Return the nearest single-precision number; infinity if the value is too large."""
     try:
@@ -184,10 +178,6 @@ def from_bits(bits: int) -> float:
 
 
 def to_bits(value: float) -> int:
-    """Return the bits of a single-precision number as a signed integer.
-
-    Raises:
-        OverflowError: the value is too large for single precision.
-    """
+    """Return the bits of a single-precision number as a signed integer."""
     bits: int = struct.unpack("<i", struct.pack("<f", value))[0]
     return bits

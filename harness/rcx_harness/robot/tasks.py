@@ -1,8 +1,8 @@
 """The robot programs and their tasks: states, progress, and the sources of SO(13) and SO(14).
 
-Every program has one place in the list of programs, which is its number, and one `Task`. The task
-is in the table of tasks once the program is registered there: by a remote command, by START, or as
-the main program, which is in task 1 from power-on.
+Every program has one place in the list of programs, which is its number, and one `RobotTask`. The
+task is in the table of tasks once the program is registered there: by a remote command, by START,
+or as the main program, which is in task 1 from power-on.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from rcx_harness.robot.alarms import AlarmList, CommandError, Place
 from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.config import RobotConfig, RobotProgram
-from rcx_harness.robot.memory import Memory
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.motion import Motion
 from rcx_harness.robot.ports import Port, Ports
 from rcx_harness.robot.program.code import program_code
@@ -23,7 +23,7 @@ from rcx_harness.robot.program.motion import Request
 from rcx_harness.robot.program.syntax import Program
 from rcx_harness.robot.program.values import Value
 
-__all__ = ["MAIN_PRIORITY", "NEXT_LINE", "RUN", "STEP", "TASKS", "Perform", "Programs", "Task"]
+__all__ = ["MAIN_PRIORITY", "NEXT_LINE", "RUN", "STEP", "TASKS", "Perform", "Programs", "RobotTask"]
 
 #: Numbers of the tasks.
 TASKS = range(1, 17)
@@ -57,7 +57,7 @@ class Surroundings(Protocol):
         """Raise an alarm."""
 
 
-class Task:
+class RobotTask:
     """One program as a task. `elapsed_us` is its progress without the time of its stops.
 
     `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
@@ -212,9 +212,9 @@ class Task:
         if self.temporary:
             self.number, self.temporary = 0, False
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Task:
+    def __deepcopy__(self, memo: dict[int, Any]) -> RobotTask:
         """Return a copy that shares the program, because programs never change."""
-        copied = Task.__new__(Task)
+        copied = RobotTask.__new__(RobotTask)
         memo[id(self)] = copied
         copied.__dict__.update(self.__dict__)
         for name in ("variables", "frames", "execution", "passed"):
@@ -236,7 +236,7 @@ class Programs:
         self.config = config = machine.config
         self.variables: dict[str, Value] = {}
         plain = config.plain_variables
-        self.tasks = [Task(program, self.variables, plain) for program in config.programs]
+        self.tasks = [RobotTask(program, self.variables, plain) for program in config.programs]
         self.tasks[0].number = TASKS[0]
         self.is_reset = config.program_is_reset
         self._pulses: list[tuple[int, Port]] = []
@@ -273,7 +273,7 @@ class Programs:
         return self._machine.arm(robot)
 
     @property
-    def main(self) -> Task:
+    def main(self) -> RobotTask:
         """Return the main program: the program in task 1, else the first program."""
         return self.in_task(TASKS[0]) or self.tasks[0]
 
@@ -289,18 +289,17 @@ class Programs:
         """Return whether any task runs."""
         return any(task.state == "running" for task in self.tasks)
 
-    def in_task(self, number: int) -> Task | None:
+    def in_task(self, number: int) -> RobotTask | None:
         """Return the program that is registered in a task, or None."""
         return next((task for task in self.tasks if task.number == number), None)
 
-    def register(self, task: Task, number: int, priority: int, *, temporary: bool = False) -> bool:
+    def register(
+        self, task: RobotTask, number: int, priority: int, *, temporary: bool = False
+    ) -> bool:
         """Register a program in a task; the previous program leaves the table.
 
-        Args:
-            task: The program's task.
-            number: 1 to 16; 0: the lowest vacant task, where its own task counts as vacant.
-            priority: 1 to 64.
-            temporary: See Task.
+        `number` is 1 to 16, or 0 for the lowest vacant task, where the program's own task counts as
+        vacant.
 
         Returns:
             False if no task is vacant.
@@ -330,9 +329,7 @@ class Programs:
     def order_reset(self, places: Collection[int] | None, *, beside: bool = False) -> None:
         """Define which tasks the next `reset` resets.
 
-        Args:
-            places: Places in `tasks`; None: all tasks.
-            beside: Earlier orders remain valid.
+        `places` are places in `tasks`; None: all tasks. With `beside`, earlier orders stay valid.
         """
         before = self._to_reset if beside else ()
         self._to_reset = None if before is None or places is None else (*before, *places)
@@ -399,7 +396,7 @@ class Programs:
         """Continue a remote command; return whether it has ended."""
         return statement.step(self._machine) is not None
 
-    def order(self, task: Task, wanted: Order) -> None:
+    def order(self, task: RobotTask, wanted: Order) -> None:
         """Start, suspend, restart or cut a task.
 
         Raises:
@@ -421,7 +418,7 @@ class Programs:
                 raise CommandError(self.config.undefined_task_alarm)
             other.go(self.now_us)
 
-    def end(self, task: Task, *, everything: bool) -> None:
+    def end(self, task: RobotTask, *, everything: bool) -> None:
         """End the program of a task, or all programs."""
         if everything:
             self.halt()
@@ -430,7 +427,7 @@ class Programs:
         else:
             task.end()
 
-    def hold(self, task: Task, *, everything: bool) -> None:
+    def hold(self, task: RobotTask, *, everything: bool) -> None:
         """Stop the program of a task, or all programs; the next start continues them."""
         for other in self.tasks if everything else (task,):
             other.pause(self.now_us)
@@ -464,7 +461,7 @@ class Programs:
             return waiting
         return [k for k in registered if self.tasks[k].state == "ended"]
 
-    def _work(self, task: Task, now_us: int) -> None:
+    def _work(self, task: RobotTask, now_us: int) -> None:
         """Execute a task in this cycle, until it has to wait or has used its statements."""
         code = task.code.code
         for _ in range(self.config.program_statements):
@@ -486,7 +483,7 @@ class Programs:
                 task.come_round()
                 return
 
-    def _failed(self, task: Task, number: str) -> int:
+    def _failed(self, task: RobotTask, number: str) -> int:
         """Return the position of the error handler, or stop the program with an alarm.
 
         An error in the handler itself stops the program.
@@ -502,7 +499,7 @@ class Programs:
         self.hold(task, everything=self.config.program_error_stops_all)
         return STAY
 
-    def _ordered(self, wanted: Order) -> Task:
+    def _ordered(self, wanted: Order) -> RobotTask:
         """Return the task that an order names.
 
         Raises:
@@ -520,7 +517,7 @@ class Programs:
             raise CommandError(self.config.undefined_task_alarm)
         return other
 
-    def _finish(self, task: Task, now_us: int) -> None:
+    def _finish(self, task: RobotTask, now_us: int) -> None:
         if task.program.begins_again:
             task.rewind()
             task.since_us = now_us

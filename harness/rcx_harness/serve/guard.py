@@ -63,8 +63,6 @@ class TokenServer:
     """A server for a page on the loopback interface.
 
     Args:
-        application: Creates the application for a token.
-        port: TCP port, 0 for any free one.
         option: The option of the command line for the port, for messages.
         token: First part of the paths; default: a random one.
     """
@@ -89,11 +87,7 @@ class TokenServer:
         return f"http://{WEB_HOST}:{self.port}/{self._token}/"
 
     async def start(self) -> None:
-        """Start to listen.
-
-        Raises:
-            InputError: the port is taken.
-        """
+        """Start to listen."""
         await self._runner.setup()
         try:
             await web.TCPSite(self._runner, WEB_HOST, self.port).start()

@@ -15,12 +15,15 @@ __all__ = ["History", "live_chart"]
 _SKIPPED = 30  # a change has bytes 0, 1, 32 and 33 of the area
 
 _ROW, _TOP = 22, 28
-_NAMES, _PLOT, _RIGHT = 352, 900, 14
+_NAMES, _RIGHT, _WIDE = 352, 14, 1266
+#: Below this width the names stand above the waves, so that these have the whole width; the rows
+#: are as much higher.
+_NARROW, _NAME_ROW = 760, 16
 _LOOK = Look(high=13, edge=0, digits=(4, 3), room=44, filled=True)
 _STEPS_US = (100_000, 200_000, 500_000, 1_000_000, 2_000_000, 5_000_000, 10_000_000)
-_MOST_STEPS = 12
+_MOST_STEPS, _APART = 12, 60
 _STYLE = (
-    STYLE + "svg{display:block;min-width:900px}text{font-size:12px}"
+    STYLE + "svg{display:block;width:100%}text{font-size:12px}"
     "path{stroke-width:1.6;stroke-linejoin:miter}"
     ".f{fill-opacity:.13}.v{font-size:11px}"
     ".e{stroke:#c9d2dc;stroke-width:1}.o{fill:#fff;stroke:#b3bfcc}"
@@ -31,7 +34,6 @@ class History:
     """The changes within the last `kept_us`, and the state before them.
 
     Args:
-        kept_us: Length of the history [us].
         most: Maximum number of changes, so that memory stays bounded.
     """
 
@@ -69,35 +71,36 @@ class History:
         return [connection, *inputs, *outputs, code, status]
 
 
-def live_chart(lanes: Sequence[Lane], now_us: int, seconds: float) -> str:
+def live_chart(lanes: Sequence[Lane], now_us: int, seconds: float, width: int = _WIDE) -> str:
     """Return the chart as SVG; the same lanes and times give the same text.
 
-    Args:
-        lanes: Lanes from top to bottom.
-        now_us: Time at the right end.
-        seconds: Length of the axis.
+    The lanes are drawn from top to bottom; `now_us` is the time at the right end. In a narrow chart
+    (`width` in px) the names stand above the waves.
     """
+    is_narrow = width < _NARROW
+    left, high = (4, _ROW + _NAME_ROW) if is_narrow else (_NAMES, _ROW)
+    plot = width - left - (4 if is_narrow else _RIGHT)
     span_us = round(seconds * 1e6)
-    axis = Scale(_NAMES, _NAMES + _PLOT, now_us - span_us, now_us)
-    bottom = _TOP + len(lanes) * _ROW
-    width = _NAMES + _PLOT + _RIGHT
+    axis = Scale(left, left + plot, now_us - span_us, now_us)
+    bottom = _TOP + len(lanes) * high
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {bottom + 8}" '
         f'role="img" aria-label="timing chart" data-start="{axis.begin_us}" '
-        f'data-span="{span_us}" data-left="{_NAMES}" data-plot="{_PLOT}">',
+        f'data-span="{span_us}" data-left="{left}" data-plot="{plot}">',
         f"<style>{_STYLE}</style>",
     ]
-    for t_us, x in axis.round_times(_STEPS_US, _MOST_STEPS):
+    for t_us, x in axis.round_times(_STEPS_US, min(_MOST_STEPS, plot // _APART)):
         parts.append(rule("g", x, _TOP - 6, x, bottom))
         parts.append(text(x, _TOP - 12, f"{t_us / 1e6:g} s", "t"))
     kind = ""
     for row, lane in enumerate(lanes):
-        base = _TOP + (row + 1) * _ROW - 4
-        y = base - _ROW + 4
+        base = _TOP + (row + 1) * high - 4
+        y = base - high + 4
         parts.append(rule("e" if kind and lane.kind != kind else "r", 0, y, width, y))
         kind = lane.kind
-        parts.append(_lamp(lane, base - 6, now_us))
-        parts.append(text(20, base - 2, lane.name))
+        named = y + 12 if is_narrow else base - 2
+        parts.append(_lamp(lane, named - 4, now_us))
+        parts.append(text(20, named, lane.name))
         parts += draw_lane(lane, axis, base, _LOOK)
     parts.append("</svg>")
     return "\n".join(parts)

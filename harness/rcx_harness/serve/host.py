@@ -32,6 +32,7 @@ STOP_S = 5.0
 _ANSWER_S = 5.0
 _LONGEST_LINE = 1 << 20
 _MOST_EVENTS = 5000
+_MOST_WAY = 100
 
 
 @dataclass(frozen=True)
@@ -39,15 +40,9 @@ class Settings:
     """The settings of one served controller.
 
     Args:
-        host: Its IPv4 address.
-        port: TCP and UDP port of explicit messages.
-        cyclic: UDP port of cyclic I/O.
         robot: File with its properties; empty for the defaults.
         trace: File for its trace; empty for none.
         size: Bytes of its areas, 48 or 256; None for the size in the file.
-        seed: Seed of all delays that are given as a range.
-        identity: Contents of its Identity object.
-        options: Options of its adapter.
     """
 
     host: str = "127.0.0.1"
@@ -64,20 +59,14 @@ class Settings:
 class Host:
     """A served controller in a process of its own.
 
-    Args:
-        settings: Its settings.
-
     Attributes:
-        settings: Its settings.
-        status: Its last report.
-        history: Its last seconds.
         size: Bytes of its areas, once it has started.
         ended: Set when it has ended, unexpectedly or not.
         shapes: Geometry of its robots (`rcx_harness.robot.shape`).
         drawn: Number of changes of `shapes`.
+        way: Latest positions on the way, as in `Status.way`; the page asks often enough for all.
         failure: The part that has ended by itself, and how; empty as long as all run.
         events: Latest events that no reader has removed yet.
-        reports: Number of reports.
         silent: Its process stands still; its watchdog sets this.
     """
 
@@ -96,6 +85,7 @@ class Host:
         self._folder = ""  # folder of the recording
         self.shapes: tuple[dict[str, Any], ...] = ()
         self.drawn = 0
+        self.way: deque[tuple[int, ...]] = deque(maxlen=_MOST_WAY)
         self.events: deque[Event] = deque(maxlen=_MOST_EVENTS)
         self.reports = 0
         self.silent = False
@@ -112,11 +102,7 @@ class Host:
         return self._process.pid if self._process else 0
 
     async def start(self) -> None:
-        """Start its process, and wait until it listens and has sent its first report.
-
-        Raises:
-            InputError: a wrong robot file, or it cannot listen there.
-        """
+        """Start its process, and wait until it listens and has sent its first report."""
         self._process = await asyncio.create_subprocess_exec(
             sys.executable,
             "-m",
@@ -139,11 +125,7 @@ class Host:
         await self._heard.wait()
 
     async def record(self, *, on: bool) -> None:
-        """Start a recording, which replaces the previous one, or end it.
-
-        Raises:
-            InputError: it cannot be written, or the process has ended.
-        """
+        """Start a recording, which replaces the previous one, or end it."""
         if on and not self._folder:
             self._folder = tempfile.mkdtemp(prefix="rcx-serve-")
         await self.ask({"record": str(self._file) if on else None})
@@ -153,11 +135,7 @@ class Host:
         return Path(self._folder) / "recording.jsonl"
 
     def recording(self) -> Path:
-        """Return the file with the recording.
-
-        Raises:
-            InputError: there is none, or it is not finished yet.
-        """
+        """Return the file with the recording."""
         if not self._folder or not self._file.exists():
             raise InputError("nothing has been recorded", hint="start a recording first")
         if self.status.recording:
@@ -169,9 +147,6 @@ class Host:
 
         Returns:
             The controller's time of the answer [us].
-
-        Raises:
-            InputError: it refuses, or the process has ended.
         """
         pipe = self._process.stdin if self._process else None
         if pipe is None or self.ended.is_set():
@@ -237,6 +212,7 @@ class Host:
         self.status = status
         self.reports += 1
         self.events += status.events
+        self.way += status.way
         if status.shapes:
             self.shapes, self.drawn = status.shapes, self.drawn + 1
         self.history.add(status.changes, status.t_us)

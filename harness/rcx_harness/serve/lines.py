@@ -27,11 +27,7 @@ class _Log:
 
 
 class Lines:
-    """The log of all controllers: a line for each event, limited by `Throttle`.
-
-    Args:
-        hosts: The controllers.
-    """
+    """The log of all controllers: a line for each event, limited by `Throttle`."""
 
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._logs = [(host, _Log()) for host in hosts]

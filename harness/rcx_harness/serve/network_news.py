@@ -46,14 +46,9 @@ class NetworkJournals(Protocol):
 class NetworkNews:
     """A converter of the journals of the adapter's processes into events.
 
-    Args:
-        network: The journals.
-        news: Takes the events.
-
     Attributes:
         refused: The last refused connection, as a sentence; empty after a minute, or if a master
-            has
-            connected since.
+            has connected since.
     """
 
     def __init__(self, network: NetworkJournals, news: News) -> None:
@@ -68,9 +63,7 @@ class NetworkNews:
     def look(self, now_us: int, begin_us: int) -> None:
         """Read the journals.
 
-        Args:
-            now_us: Time of the controller.
-            begin_us: Its time 0 on the clock of the adapter's processes.
+        `begin_us` is the controller's time 0 on the clock of the adapter's processes.
         """
 
         def time_of(at_us: int) -> int:
@@ -112,11 +105,7 @@ class NetworkNews:
         return drops_text(network, _difference(network.drops, self._drops_at_opening))
 
     def stalled(self, now_us: int) -> tuple[str, ...]:
-        """Return the processes that stand still.
-
-        Args:
-            now_us: Time by the clock of these processes.
-        """
+        """Return the processes that stand still."""
         for part, watchdog in self._watchdogs.items():
             watchdog.look(self._network.heard_us(part), now_us)
         silent = [part for part, one in self._watchdogs.items() if one.silent_since_us is not None]

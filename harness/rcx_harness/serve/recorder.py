@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.robot import Controller
-from rcx_harness.robot.findings import Violation
 from rcx_harness.robot.positions import axes_of, where
 from rcx_harness.robot.shape import poses, shapes
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Trace
+from structured_text.errors import Violation
 
 __all__ = ["MOST_CYCLES", "Recorder"]
 
@@ -23,18 +23,6 @@ class Recorder:
     """A trace of the cycles in which areas or positions have changed, and of broken rules.
 
     Its time begins at 0. `rcx view` and `rcx judge` read it.
-
-    Args:
-        controller: The recorded controller.
-        host: Its address, for the header.
-        file: File for the trace; an existing one is replaced.
-        now_us: Time of the first cycle [us].
-
-    Attributes:
-        cycles: Number of recorded cycles.
-
-    Raises:
-        InputError: the file cannot be written.
     """
 
     def __init__(self, controller: Controller, host: str, file: Path, now_us: int) -> None:

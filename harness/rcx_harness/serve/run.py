@@ -16,10 +16,10 @@ from rcx_harness.serve.stalls import Stalls
 from structured_text.errors import InputError
 from structured_text.output.system import told_to_end
 
+__all__ = ["serve", "warnings"]
+
 if TYPE_CHECKING:
     from rcx_harness.serve.web import WebServer
-
-__all__ = ["serve", "warnings"]
 
 _SHOW_EVERY_S = 0.25
 
@@ -27,10 +27,7 @@ _SHOW_EVERY_S = 0.25
 async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool) -> int:
     """Serve controllers until SIGINT or SIGTERM.
 
-    Args:
-        every: The controllers.
-        web_port: TCP port of the web page, 0 for any free one; None for no page.
-        quiet: Print only problems.
+    `web_port` is 0 for any free port and None for no page. With `quiet` only problems are printed.
 
     Returns:
         0 after a signal, 1 if a part of a controller has ended by itself; then all are ended.

@@ -11,11 +11,7 @@ __all__ = ["Stalls"]
 
 
 class Stalls:
-    """A monitor that reports processes of the controllers that stand still or go on again.
-
-    Args:
-        hosts: The controllers.
-    """
+    """A monitor that reports processes of the controllers that stand still or go on again."""
 
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts

@@ -34,6 +34,8 @@ LINK_EVENTS = {
 _NO_ARGUMENTS = {"self", "event"}  # parameters of Controller.inject itself
 _KEPT = 20
 _MOST_CHANGES = 2000
+#: The way is sampled every 4 cycles, that is every 20 ms; a report has those of a second at most.
+_WAY_CYCLES, _MOST_WAY = 4, 50
 _SKIPS_MATTER_US = 200_000
 _NO_INPUTS = bytes(4)
 _DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
@@ -57,13 +59,10 @@ class Station:
     """A controller on its network; the caller gives the time.
 
     Args:
-        controller: The controller.
         images: The areas that are exchanged with the network.
         trace: Takes each cycle in which the areas have changed, and each broken rule.
-        host: Its address, for recordings.
 
     Attributes:
-        now_us: Time of its last cycle [us].
         begin_us: Its time 0 on the clock of the adapter's processes [us].
     """
 
@@ -102,13 +101,13 @@ class Station:
         self._violations: deque[Note] = deque(maxlen=_KEPT)
         self._violation_count = 0
         self._changes: deque[Change] = deque(maxlen=_MOST_CHANGES)
+        self._way: deque[tuple[int, ...]] = deque(maxlen=_MOST_WAY)
+        self._last_place: tuple[int, ...] = ()
 
     def step(self, now_us: int, *, skipped: int = 0) -> None:
         """Run one controller cycle.
 
-        Args:
-            now_us: Time of the cycle [us].
-            skipped: Number of cycles that were skipped right before it.
+        `skipped` is the number of cycles that were skipped right before it.
         """
         if skipped:
             self._skipped += skipped
@@ -121,18 +120,22 @@ class Station:
         self._switch_link()
         self._network.look(now_us, self.begin_us)
         self._note_state()
+        if self._cycles % _WAY_CYCLES == 0:
+            self._note_way()
         self._watch()
 
+    def _pulses(self) -> tuple[int, ...]:
+        return tuple(int(value) for value in where(self.controller, "pulses"))
+
+    def _note_way(self) -> None:
+        """Sample the position, if an axis has moved."""
+        place = self._pulses()
+        if place != self._last_place:
+            self._last_place = place
+            self._way.append((self.now_us, *place))
+
     def happen(self, event: str, args: Mapping[str, int] | None = None) -> None:
-        """Trigger one of EVENTS or LINK_EVENTS before the next cycle.
-
-        Args:
-            event: Its name.
-            args: Its arguments by name.
-
-        Raises:
-            InputError: no such event, or other arguments than it takes.
-        """
+        """Trigger one of EVENTS or LINK_EVENTS before the next cycle."""
         given = args or {}
         if event in LINK_EVENTS:
             if given:
@@ -152,9 +155,6 @@ class Station:
         `event` and `args` are the arguments of `happen`. `output` is the name of an output, and
         `do` is `hold`, `force` (to `value`) or `release`. `workpiece` is the number of an axis,
         from 1, with its `pulses` or None. `record` is a file for a recording, or None to end it.
-
-        Raises:
-            InputError: it cannot be executed.
         """
         if "output" in message:
             name, controller = message["output"], self.controller
@@ -200,6 +200,8 @@ class Station:
         self._network.note_drops(network, self.now_us)
         changes = tuple(self._changes)
         self._changes.clear()
+        way = tuple(self._way)
+        self._way.clear()
         return Status(
             t_us=self.now_us,
             cycles=self._cycles,
@@ -234,8 +236,9 @@ class Station:
             workpieces=tuple((k + 1, at) for k, at in sorted(self.controller.workpieces.items())),
             recording=self._recorder is not None,
             recorded=self._recorded,
-            positions=tuple(int(value) for value in where(self.controller, "pulses")),
+            positions=self._pulses(),
             mm=where(self.controller, "mm"),
+            way=way,
             poses=tuple(poses(self.controller)),
             shapes=self._shapes(),
             alarms=tuple(alarm_text(one.number) for one in self.controller.alarms.active),

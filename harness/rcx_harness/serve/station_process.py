@@ -40,14 +40,6 @@ class Pace:
     A late cycle runs once. Cycles missed meanwhile are skipped and counted, and never made up for.
     Therefore neither a late wake-up nor a standstill of this computer shifts later cycles. The
     controller's time is a whole number of periods and stays real time.
-
-    Args:
-        start_us: Time of the first cycle on the clock [us].
-        period_us: Length of a cycle [us].
-
-    Attributes:
-        cycles: Number of cycles that have run.
-        skipped: Number of skipped cycles.
     """
 
     def __init__(self, start_us: int, period_us: int) -> None:
@@ -83,11 +75,7 @@ _LAST_LINE_S = 2.0
 
 
 class Channel:
-    """The pipes to and from the parent; they never delay a cycle.
-
-    Args:
-        lines: Queue for the output; default: standard output.
-    """
+    """The pipes to and from the parent; they never delay a cycle."""
 
     def __init__(self, lines: queue.Queue[str] | None = None) -> None:
         self._out = lines if lines is not None else queue.Queue(_WAITING_LINES)
@@ -152,12 +140,7 @@ def run(
 ) -> str:
     """Run the controller's cycles until the channel or a part of the controller has ended.
 
-    Args:
-        station: The controller on its network.
-        channel: The parent.
-        clock_us: A monotonic clock [us].
-        sleep_us: Sleeps at least this number of microseconds.
-        failure: Returns the part that has ended by itself, and how; called before each report.
+    `failure` returns the part that has ended by itself, and how. It is called before each report.
 
     Returns:
         The result of `failure`; empty if the channel has ended.

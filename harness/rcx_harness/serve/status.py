@@ -83,7 +83,8 @@ class Status:
 
     `si` and `so` are the areas in hexadecimal; `si` is empty if the controller sees no connection.
     LEDs are those of `rcx_harness.robot.Led`. Positions are listed robot by robot, in pulses and in
-    mm. `poses` and `shapes` are those of `rcx_harness.robot.shape`; `shapes` is empty if it has not
+    mm. `way` has the pulses on the way since the previous report, each behind its time [us].
+    `poses` and `shapes` are those of `rcx_harness.robot.shape`; `shapes` is empty if it has not
     changed. `workpieces` are axis and pulses, `held` the outputs that are held or forced. `stalled`
     names the processes of its network that stand still, `events` the events since the previous
     report.
@@ -113,6 +114,7 @@ class Status:
     recorded: int = 0
     positions: tuple[int, ...] = ()
     mm: tuple[float, ...] = ()
+    way: tuple[tuple[int, ...], ...] = ()
     poses: tuple[dict[str, Any], ...] = ()
     shapes: tuple[dict[str, Any], ...] = ()
     alarms: tuple[str, ...] = ()
@@ -143,5 +145,6 @@ class Status:
         table["connection"] = Connection(**table["connection"])
         for name in ("positions", "mm", "poses", "shapes", "alarms", "held", "stalled"):
             table[name] = tuple(table[name])
+        table["way"] = tuple(tuple(sample) for sample in table["way"])
         table["workpieces"] = tuple((axis, at) for axis, at in table["workpieces"])
         return cls(**table)

@@ -52,12 +52,7 @@ _WORDS, _EXTENDED = range(16), range(24, 128)
 
 
 def view(number: int, host: Host) -> dict[str, Any]:
-    """Return the complete display of a controller, in words, ready for JSON.
-
-    Args:
-        number: Its place among the served ones, from 0.
-        host: The controller.
-    """
+    """Return the complete display of a controller, in words, ready for JSON."""
     status = host.status
     si, so = bytes.fromhex(status.si) or bytes(host.size), bytes.fromhex(status.so)
     so = so or bytes(host.size)
@@ -101,6 +96,7 @@ def view(number: int, host: Host) -> dict[str, Any]:
         },
         "positions": list(status.positions),
         "mm": list(status.mm),
+        "way": [list(sample) for sample in host.way],
         "poses": list(status.poses),
         "drawn": host.drawn,
         "titles": axis_titles(host.shapes),

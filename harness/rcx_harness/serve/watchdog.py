@@ -11,19 +11,15 @@ LIMIT_US = 2_000_000
 
 
 class Watchdog:
-    """A watchdog for one process; the caller gives the time.
-
-    Args:
-        limit_us: Longest silence.
-    """
+    """A watchdog for one process; the caller gives the time."""
 
     class Finding(Enum):
         """The result of a look."""
 
         SILENT = "silent"
-        """It has just been silent for too long."""
+        """The process has just been silent for too long."""
         BACK = "back"
-        """It is heard again."""
+        """The process has given a sign of life again."""
 
     def __init__(self, limit_us: int = LIMIT_US) -> None:
         self._limit_us = limit_us
@@ -37,9 +33,7 @@ class Watchdog:
         If the watcher itself has stood still, the measurement of the silence restarts, since the
         whole computer may have been asleep.
 
-        Args:
-            heard_us: Time of the last sign of life; 0: none yet.
-            now_us: Current time, by the same clock.
+        `heard_us` is the time of the last sign of life; 0: none yet.
 
         Returns:
             The change since the last call; None without one.

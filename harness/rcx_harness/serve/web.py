@@ -32,7 +32,7 @@ FILES = {
     "/positions.js": (_OWN, "positions.js", _SCRIPT),
     "/robot.js": (_VIEW, "robot.js", _SCRIPT),
 }
-_SECONDS = (1.0, 60.0)
+_SECONDS, _WIDTHS = (1.0, 60.0), (200, 4000)
 _HOSTS: web.AppKey[Sequence[Host]] = web.AppKey("hosts", Sequence)
 _CLICKS: web.AppKey[Clicks] = web.AppKey("clicks", Clicks)
 
@@ -64,13 +64,7 @@ def application(hosts: Sequence[Host], token: str) -> web.Application:
 
 
 class WebServer(TokenServer):
-    """The server of the page on the loopback interface.
-
-    Args:
-        hosts: The controllers.
-        port: TCP port, 0 for any free one.
-        token: First part of the paths; default: a random one.
-    """
+    """The server of the page on the loopback interface."""
 
     def __init__(self, hosts: Sequence[Host], port: int, token: str = "") -> None:
         super().__init__(lambda own: application(hosts, own), port, "--web", token)
@@ -94,7 +88,7 @@ async def _model(request: web.Request) -> web.Response:
 
 
 async def _chart(request: web.Request) -> web.Response:
-    """Return the chart of the last `?seconds=10`."""
+    """Return the chart of the last `?seconds=10`, `&width=1266` pixels wide."""
     _, host = _host(request)
     history = host.history
     text = request.query.get("seconds", "10")
@@ -104,7 +98,11 @@ async def _chart(request: web.Request) -> web.Response:
         seconds = -1.0
     if not _SECONDS[0] <= seconds <= _SECONDS[1]:
         raise InputError(f"seconds={text:.20} is not {_SECONDS[0]:g} to {_SECONDS[1]:g}")
-    svg = live_chart(history.lanes(), history.now_us, seconds)
+    given = request.query.get("width", "1266")
+    if not given.isascii() or not given.isdigit() or len(given) > 4:
+        raise InputError(f"width={given:.20} is not a whole number of pixels")
+    width = min(max(int(given), _WIDTHS[0]), _WIDTHS[1])
+    svg = live_chart(history.lanes(), history.now_us, seconds, width)
     return web.Response(text=svg, content_type="image/svg+xml")
 
 

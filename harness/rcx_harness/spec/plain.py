@@ -14,11 +14,7 @@ _LONGEST = 160
 
 
 def request_text(words: Sequence[int]) -> str:
-    """Return a request as text: `MovePtp (16#R001) robot 1: MOVE, PTP, ...; axes 3, point 19`.
-
-    Args:
-        words: The 16 words from n on.
-    """
+    """Return a request as text: `MovePtp (16#R001) robot 1: MOVE, PTP, ...; axes 3, point 19`."""
     command = spec.commands().get(words[0] & 0x0FFF)
     if command is None or not command.code:
         return f"{format_word(words[0])}: no command of the manual"
@@ -30,9 +26,7 @@ def request_text(words: Sequence[int]) -> str:
 def response_text(request: int, words: Sequence[int]) -> str:
     """Return the end or the state of a command as text.
 
-    Args:
-        request: Code of the command, with its robot's digit or without.
-        words: The 16 words from m on.
+    `request` is the code of the command, with or without the robot's digit.
     """
     status = words[0]
     if status == ABNORMAL_END:

@@ -86,11 +86,8 @@ class RobotModel:
     """One type of robot.
 
     Attributes:
-        name: Its name in a robot file.
-        source: The source of its figures.
         also: Further remarks.
         arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; empty for a Cartesian one.
-        joints: Its axes.
         payload: Its largest load [kg].
         cycles: Standard cycle times by load: [kg] to [s]; the catalogue's own one first.
     """
@@ -118,11 +115,7 @@ def law() -> Law:
 
 @lru_cache(maxsize=1)
 def robot_models() -> dict[str, RobotModel]:
-    """Return all models by name.
-
-    Raises:
-        InputError: the table is not written as its head says.
-    """
+    """Return all models by name."""
     table = _table()
     try:
         made = [_model(row, table) for row in table["robot"]]

@@ -20,8 +20,6 @@ class Rule:
     """One rule.
 
     Attributes:
-        id: Its name.
-        text: Its text.
         section: Section of the manual that states it, if any.
         basis: One of BASES; a row of the table gives it only if it is neither the manual nor
             assumed.

@@ -13,15 +13,12 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from rcx_harness.spec.telegram import Command, Field, FieldValue, Product
+from rcx_harness.spec.telegram import Command, Field, Product
 from structured_text.errors import InputError, did_you_mean
 from structured_text.output.toml_files import load_toml
 
 __all__ = [
     "Alarm",
-    "Command",
-    "Field",
-    "FieldValue",
     "Signal",
     "Signals",
     "alarms",
@@ -29,6 +26,7 @@ __all__ = [
     "command_name",
     "commands",
     "folder",
+    "public_alarms",
     "signals",
     "whole_number",
 ]
@@ -73,11 +71,7 @@ class Signals:
     reserved_bytes: tuple[int, ...]
 
     def find(self, name: str) -> Signal:
-        """Return the signal with the name `SO02_ServoOn`, `SO02` or `SO(02)`.
-
-        Raises:
-            InputError: there is none of that name.
-        """
+        """Return the signal with the name `SO02_ServoOn`, `SO02` or `SO(02)`."""
         every = self.output + self.input
         for signal in every:
             if name in (signal.name, signal.short, signal.signal):
@@ -153,11 +147,7 @@ def commands() -> Mapping[int, Command]:
 
 
 def command(name: str) -> Command:
-    """Return the remote command of a name (`MovePtp`) or code (`16#1001`, `0x001`, `0xR001`).
-
-    Raises:
-        InputError: there is none.
-    """
+    """Return the remote command of a name (`MovePtp`) or code (`16#1001`, `0x001`, `0xR001`)."""
     by_name = {entry.name.lower(): entry for entry in commands().values()}
     if name.lower() in by_name:
         return by_name[name.lower()]
@@ -181,11 +171,7 @@ def command_name(word: int) -> str:
 
 
 def whole_number(text: str) -> int:
-    """Parse `16#00FF`, `0x00FF` or `255`.
-
-    Raises:
-        ValueError: it is none of these.
-    """
+    """Parse `16#00FF`, `0x00FF` or `255`."""
     if not text.isascii():
         raise ValueError("foreign digits")
     return int(text[3:], 16) if text.startswith("16#") and text[3:4].isalnum() else int(text, 0)

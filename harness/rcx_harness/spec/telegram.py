@@ -101,11 +101,7 @@ class Field:
         return every if self.count > 1 else every[0]
 
     def write(self, words: list[int], value: FieldValue) -> None:
-        """Write `value` into a telegram.
-
-        Raises:
-            InputError: it does not fit, or has the wrong type.
-        """
+        """Write `value` into a telegram."""
         wrong = self.kind_problem(value) or self._limit_problem(value)
         if wrong:
             raise InputError(wrong)
@@ -221,11 +217,7 @@ class Command:
         return {part.name: part.read(words) for part in self.request}
 
     def encode(self, values: Mapping[str, FieldValue], robot: int = 0) -> tuple[int, ...]:
-        """Return the 16 words of a request; fields without a value are 0.
-
-        Raises:
-            InputError: unknown field, value out of its range, or a robot where none is allowed.
-        """
+        """Return the 16 words of a request; fields without a value are 0."""
         if robot and not (self.robot and 0 < robot <= 4):
             raise InputError(f"{self.iec} {self.name} cannot designate robot {robot}")
         preset = {part.name: part.fixed for part in self.request if part.fixed is not None}
@@ -251,9 +243,7 @@ class Command:
     def problem(self, words: Sequence[int], *, unused_words: bool = True) -> str:
         """Return the error in a request's data words; empty if there is none.
 
-        Args:
-            words: The 16 words at n; word 0 is ignored.
-            unused_words: Words without any field must be 0, too.
+        Word 0 is ignored. With `unused_words`, words without any field must be 0, too.
         """
         covered = [0] * WORDS
         for part in self.request:

@@ -45,12 +45,7 @@ _PACKAGES = (Path(__file__).resolve().parents[1], Path(structured_text.__file__)
 
 
 class Cells:
-    """All cells that one test has built.
-
-    Args:
-        item: The test.
-        temporary: Creates the folder for files if the project names none.
-    """
+    """All cells that one test has built."""
 
     def __init__(self, item: pytest.Item, temporary: pytest.TempPathFactory) -> None:
         self._item = item
@@ -65,11 +60,7 @@ class Cells:
         self._forget_last_run()
 
     def build(self, **changes: Any) -> Cell:
-        """Build a cell from the settings of the test, with these changes.
-
-        Raises:
-            InputError: anything wrong with sources or settings.
-        """
+        """Build a cell from the settings of the test, with these changes."""
         settings = settings_of(self._item, changes)
         recorded: list[Recorded] = []
         try:

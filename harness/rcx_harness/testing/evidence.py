@@ -89,9 +89,6 @@ def write_files(cell: Cell, folder: Path, title: str, suffix: str = "") -> list[
     """Write chart, trace and page into a folder, over those of an earlier run.
 
     Trace and page contain the records in memory: the latest 40,000, about two minutes.
-
-    Raises:
-        InputError: a file cannot be written.
     """
     names = (f"chart{suffix}.svg", f"trace{suffix}.jsonl", f"view{suffix}.html")
     chart, trace, page = (folder / name for name in names)

@@ -48,9 +48,9 @@ class CellMachine(RuleBasedStateMachine):
     """
 
     cells: Cells
-    """What the cells are made of."""
+    """The arguments that build the cells."""
     replay_file: Path
-    """Where a failing run is written."""
+    """Folder for a failing run."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -34,15 +34,8 @@ def run_machine(
 ) -> None:
     """Run a machine on cells with the settings of a test.
 
-    Args:
-        item: The test.
-        demands: Files of demands, relative to the project's folder.
-        machine: The machine; None for the ready-made one.
-        settings: Settings of hypothesis.
-        temporary: Folder for a failing run, if the project names none.
-
-    Raises:
-        InputError: anything wrong with sources, settings or demands.
+    `demands` are files relative to the project's folder. Without `machine` the ready-made one runs.
+    `temporary` is the folder for a failing run if the project names none.
     """
     options = settings_of(item, {})
     home = project(item.config)

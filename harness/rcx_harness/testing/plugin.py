@@ -18,12 +18,12 @@ from structured_text.testing import COVERAGE, LIBRARIES
 from structured_text.testing import plugin as toolkit
 from structured_text.testing.plugin import add_options, check_keys, is_set, order
 
+__all__ = ["cell", "rcx_build", "rcx_machine", "robot"]
+
 if TYPE_CHECKING:
     from rcx_harness.cell import Cell
     from rcx_harness.robot import Controller
     from rcx_harness.testing.cells import Build, Cells
-
-__all__ = ["cell", "rcx_build", "rcx_machine", "robot"]
 
 _CELLS: pytest.StashKey[Cells] = pytest.StashKey()
 

@@ -55,11 +55,7 @@ _NO_SOURCES = (
 
 
 def check_settings(config: pytest.Config) -> None:
-    """Check the ini file and the command line before any test runs.
-
-    Raises:
-        UsageError: one message, for pytest to print.
-    """
+    """Check the ini file and the command line before any test runs."""
     try:
         settings = dict(_of_run(config))
         for name in _DURATIONS:
@@ -104,11 +100,7 @@ def artifacts(config: pytest.Config) -> Path | None:
 
 
 def known(changes: Mapping[str, Any]) -> None:
-    """Refuse arguments that `Cell.build` does not take.
-
-    Raises:
-        InputError: an unknown argument, with similar names.
-    """
+    """Refuse arguments that `Cell.build` does not take."""
     for name in changes:
         if name not in _KEYS:
             raise InputError(f"a cell has no option {name!r}", hint=near(name, _KEYS, "use"))
@@ -117,12 +109,7 @@ def known(changes: Mapping[str, Any]) -> None:
 def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the arguments of `Cell.build` for a cell of this test.
 
-    Args:
-        item: The test; its markers `rcx` count, and the nearest one wins.
-        changes: Changes by the test itself, which win over the markers.
-
-    Raises:
-        InputError: unknown options, or no program.
+    The nearest marker `rcx` wins; `changes` by the test itself win over all markers.
     """
     settings = dict(_of_run(item.config))
     for marker in reversed(list(item.iter_markers("rcx"))):

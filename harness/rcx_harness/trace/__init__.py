@@ -1,16 +1,8 @@
 """Traces of runs, line by line, and the pictures made from them."""
 
-from rcx_harness.trace.records import (
-    FORMAT,
-    KEPT,
-    CutOffError,
-    Cycle,
-    Record,
-    Scan,
-    Trace,
-    Violation,
-    read_trace,
-)
+from rcx_harness.trace.records import CutOffError, Cycle, Record, Scan, Trace, read_trace
+from structured_text.bench.samples import FORMAT, KEPT
+from structured_text.errors import Violation
 
 __all__ = [
     "FORMAT",

@@ -17,14 +17,27 @@ from typing import Any
 from rcx_harness.spec import Signal, command_name, signals
 from rcx_harness.spec.wire import ABNORMAL_END
 from rcx_harness.trace.explaining import named, of_alarms, of_errors, unanswered
-from rcx_harness.trace.records import Cycle, Record, Scan, Trace, Violation
+from rcx_harness.trace.records import Cycle, Record, Scan, Trace
 from rcx_harness.watch.wire import word
 from structured_text.bench import samples
+from structured_text.errors import Violation
 from structured_text.language.displayed import Changed, value_text
 from structured_text.language.types import ElementaryType, Type
 
-__all__ = ["LONGEST_TEXT", "MOST_INSTANTS", "NOTHING", "Band", "Glyphs", "Lane", "Timeline"]
-__all__ += ["column_widths", "glyphs", "name_width", "text_chart", "time_labels"]
+__all__ = [
+    "LONGEST_TEXT",
+    "MOST_INSTANTS",
+    "NOTHING",
+    "Band",
+    "Glyphs",
+    "Lane",
+    "Timeline",
+    "column_widths",
+    "glyphs",
+    "name_width",
+    "text_chart",
+    "time_labels",
+]
 
 #: Limit of instants in a chart, to keep it readable; a wave file has all of them.
 MOST_INSTANTS = 400
@@ -189,8 +202,7 @@ class _Signals:
     def lanes(self, told: Collection[str]) -> list[Lane]:
         """Return the bits that changed or explain something, the command code and the status.
 
-        Args:
-            told: The bits that explain something, besides those that follow from the wire.
+        `told` has the bits that explain something, besides those that follow from the wire.
         """
         bits = [lane for _, _, lane in self.inputs + self.outputs]
         ever_on = {code for code, lane in zip(self._codes, bits, strict=True) if lane.changes}
@@ -318,9 +330,7 @@ class Timeline:
 
         A bit that is OFF all through a band is left out of it.
 
-        Args:
-            widths: Widths of the columns of all instants.
-            room: Width for the columns of a band; a band has at least one column.
+        `widths` are those of the columns of all instants. A band has at least one column.
         """
         instants = self.instants()[: len(widths)]
         found = []
@@ -360,10 +370,7 @@ def _breaks(widths: Sequence[int], room: int) -> Iterator[int]:
 def column_widths(timeline: Timeline, narrow: int, need: Callable[[int], int]) -> list[int]:
     """Return the widths of the columns of a chart, wide enough for short values.
 
-    Args:
-        timeline: The changes to draw.
-        narrow: Minimum width of a column.
-        need: Returns the width of a text of so many characters, with its margins.
+    `need` returns the width of a text of so many characters, with its margins.
     """
     instants = timeline.instants()[:MOST_INSTANTS]
     widths = [narrow] * len(instants)
@@ -389,10 +396,8 @@ def time_labels(instants: Sequence[int]) -> list[str]:
 def text_chart(timeline: Timeline, width: int = 100, *, ascii_only: bool = False) -> str:
     """Return the chart for a terminal.
 
-    Args:
-        timeline: The changes to draw.
-        width: Characters per line, at least 60.
-        ascii_only: For terminals without Unicode.
+    A line has `width` characters, at least 60. With `ascii_only` the chart is for terminals without
+    Unicode.
     """
     labels = time_labels(timeline.instants()[:MOST_INSTANTS])
     if not labels:

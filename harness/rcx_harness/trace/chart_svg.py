@@ -23,8 +23,19 @@ from rcx_harness.trace.chart import (
     time_labels,
 )
 
-__all__ = ["COLOURS", "CURVE", "STYLE", "Columns", "Look", "Scale"]
-__all__ += ["document", "draw_lane", "rule", "svg_chart", "text"]
+__all__ = [
+    "COLOURS",
+    "CURVE",
+    "STYLE",
+    "Columns",
+    "Look",
+    "Scale",
+    "document",
+    "draw_lane",
+    "rule",
+    "svg_chart",
+    "text",
+]
 
 #: Height of a curve in pixels.
 CURVE = 40
@@ -182,11 +193,7 @@ def draw_lane(lane: Lane, axis: Columns | Scale, base: int, look: Look = _PLAIN)
     rule as a mark, and any other lane as a wave, or as boxes if it has other values than 0 and 1. A
     curve is drawn as a line between its least and greatest value, but in columns as values.
 
-    Args:
-        lane: The lane to draw.
-        axis: Converts times to positions.
-        base: Position of OFF.
-        look: Appearance of the lane.
+    `base` is the vertical position of OFF.
     """
     colour = COLOURS[lane.kind]
     if lane.kind == "finding":
@@ -320,12 +327,7 @@ def _bends(spans: Sequence[tuple[int, int, Any]], fine_us: int) -> Iterator[tupl
 
 
 def svg_chart(timeline: Timeline, title: str = "") -> str:
-    """Return the chart of a run; the same run gives the same bytes.
-
-    Args:
-        timeline: The changes to draw.
-        title: A line above the chart.
-    """
+    """Return the chart of a run; the same run gives the same bytes."""
     bands = timeline.bands(column_widths(timeline, _COLUMN, _box_width), _ROOM)
     labels = time_labels([t_us for band in bands for t_us in band.instants])
     names = [lane.name for lane in timeline.lanes()]

@@ -48,9 +48,6 @@ def unanswered(ever_on: Collection[str]) -> set[str]:
     """Return the answers that never came and the conditions that were missing for them.
 
     SI(00) is included if it has never released the emergency stop that SO(00) shows.
-
-    Args:
-        ever_on: The signals that have been ON.
     """
     found = {
         signal

@@ -12,23 +12,13 @@ from typing import Any, BinaryIO, NamedTuple
 
 from rcx_harness.spec.wire import AREA_SIZES, SIZE
 from structured_text.bench import samples
-from structured_text.bench.samples import COMPACT, FORMAT, KEPT
+from structured_text.bench.samples import COMPACT, FORMAT
 from structured_text.errors import InputError, Violation
 from structured_text.language.displayed import literal
 from structured_text.output.limits import MOST_LINE_BYTES, MOST_TRACE_US, TRACE
 from structured_text.output.reading import open_file
 
-__all__ = [
-    "FORMAT",
-    "KEPT",
-    "CutOffError",
-    "Cycle",
-    "Record",
-    "Scan",
-    "Trace",
-    "Violation",
-    "read_trace",
-]
+__all__ = ["CutOffError", "Cycle", "Record", "Scan", "Trace", "read_trace"]
 
 
 class Scan(NamedTuple):
@@ -100,15 +90,11 @@ class Trace(samples.Trace[Record]):
     """The records of a run, streamed to a file as they come; the latest are also in memory.
 
     Args:
-        header: As for the trace of a bench, which also takes all other arguments.
         path: File to write; None for memory only.
         axes: Titles of the recorded positions, for each controller; `positions` in the header.
         robots: Shapes of the robots, for each controller (`rcx_harness.robot.shape.shapes`);
             `robots` in the header.
         more: Arguments of the trace of a bench.
-
-    Raises:
-        InputError: the file cannot be written.
     """
 
     def __init__(
@@ -147,9 +133,7 @@ def read_trace(
 ) -> tuple[dict[str, Any], Generator[Record, None, None]]:
     """Read a trace file, record by record.
 
-    Args:
-        path: The file.
-        progress: Called at times with the share of the file that has been read.
+    `progress` is called at times with the share of the file that has been read.
 
     Returns:
         The header, and an iterator over the records that reads the file step by step.
@@ -288,11 +272,7 @@ def _no_constant(word: str) -> None:
 
 
 def _whole(entry: Mapping[str, Any], key: str, low: int) -> int:
-    """Return a whole number of a record.
-
-    Raises:
-        ValueError: it is not a whole number from `low`.
-    """
+    """Return a whole number of a record."""
     number = entry[key]
     if type(number) is not int or not low <= number <= _LARGEST:
         raise ValueError(f"{key} is not a whole number from {low}")

@@ -78,10 +78,7 @@ def _left_out(timeline: Timeline, line_us: int) -> str:
 def scaled_svg(timeline: Timeline, title: str = "", line_us: int = 0) -> str:
     """Return the chart of a run, true to scale; the same run gives the same bytes.
 
-    Args:
-        timeline: The changes to draw.
-        title: A line above the chart.
-        line_us: Time of a line [us]; 0: chosen for few lines.
+    A line shows `line_us` microseconds; 0: as many as give few lines.
     """
     line_us = _chosen(timeline, line_us)
     names = max(len(lane.name) for lane in timeline.lanes())
@@ -132,11 +129,8 @@ def scaled_text(
     A character is a piece of time: an edge is one change in it, a cross several. Curves have eight
     levels from their least to their greatest value; both are written beside the name.
 
-    Args:
-        timeline: The changes to draw.
-        width: Characters per line, at least 60.
-        ascii_only: For terminals without Unicode.
-        line_us: Time of a line [us]; 0: chosen for few lines.
+    A line has `width` characters, at least 60, and shows `line_us` microseconds; 0: as many as give
+    few lines. With `ascii_only` the chart is for terminals without Unicode.
     """
     line_us = _chosen(timeline, line_us)
     drawn = glyphs(ascii_only)

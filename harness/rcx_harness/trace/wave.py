@@ -123,13 +123,9 @@ class Wave:
     """A writer of a VCD file during the run; give `take` to `Trace.listen`.
 
     Args:
-        path: File to write.
         controllers: Number of controllers, possibly 0; the scopes of all but the first have their
             number.
         trace: The trace with the watched variables and positions to write, too.
-
-    Raises:
-        InputError: the file cannot be written.
     """
 
     def __init__(

@@ -93,9 +93,7 @@ def always(*, name: str) -> Callable[[Asked], Declared]: ...
 def always(asked: Asked | None = None, *, name: str = "") -> Any:
     """Declare a property that holds after every scan.
 
-    Args:
-        asked: A function of the cell that reads variables by their paths.
-        name: The name in messages. Default: the name of the function, with blanks.
+    `name` appears in messages; by default it is the name of the function, with blanks.
     """
 
     def declare(asked: Asked) -> Declared:
@@ -129,11 +127,7 @@ def _file(asked: Asked) -> str | None:
 
 
 def from_python(file: Path) -> list[Declared]:
-    """Return the properties that a Python file declares, in their order.
-
-    Raises:
-        InputError: The file cannot be run, or declares no property.
-    """
+    """Return the properties that a Python file declares, in their order."""
     name = f"rcx_properties_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None
@@ -161,11 +155,8 @@ def _blamed(
 
     `sys.exit(0)` in that code is an error as well, because it would end the command with success.
 
-    Args:
-        error: The exception.
-        file: The user's file.
-        property_: The name of the evaluated property; empty while the file is loaded.
-        home: The user's path of the file if `file` is a copy.
+    `property_` is the name of the evaluated property; empty while the file is loaded. `home` is the
+    user's path of the file if `file` is a copy.
     """
     if isinstance(error, KeyboardInterrupt) and not _is_raised(error):
         return error  # Ctrl-C
@@ -218,11 +209,7 @@ class _Asked:
         self.condition = that if isinstance(that, Condition) else None
 
     def now(self) -> bool:
-        """Return whether it holds now.
-
-        Raises:
-            InputError: It cannot be evaluated.
-        """
+        """Return whether it holds now."""
         if isinstance(self._that, Condition):
             return self._that.holds()
         assert self._cell is not None
@@ -336,12 +323,7 @@ class Judge:
     """Evaluates the properties of a cell scan by scan.
 
     Args:
-        cell: The cell at its beginning.
-        declared: The demanded properties.
         found: Called for each finding with its kind and a sentence.
-
-    Raises:
-        InputError: A property names a variable that does not exist, or cannot be evaluated.
     """
 
     def __init__(
@@ -386,11 +368,7 @@ class Judge:
 
 
 def judge_run(cell: Bench, declared: Sequence[Declared]) -> None:
-    """Report broken properties as violations of a cell, in the same way as broken rules.
-
-    Raises:
-        InputError: See `Judge`.
-    """
+    """Report broken properties as violations of a cell, in the same way as broken rules."""
 
     def found(kind: str, text: str) -> None:
         told = f"plc, scan {cell.scans}: property: {kind}: {text}"
@@ -404,13 +382,7 @@ def followed(
 ) -> list[Followed]:
     """Return the declared properties of a program, ready to be evaluated.
 
-    Args:
-        program: The program at its beginning.
-        declared: The demanded properties.
-        cell: The cell that properties in Python read.
-
-    Raises:
-        InputError: A property names a variable that does not exist, or cannot be evaluated.
+    `cell` is the one that properties in Python read.
     """
     texts = [text for one in declared for text in (one.that, one.after) if isinstance(text, str)]
     made = iter(_checked(program, declared, texts))
@@ -439,18 +411,15 @@ def _checked(program: Program, declared: Sequence[Declared], texts: list[str]) -
 
 
 def declared_in(table: Mapping[str, Any], file: Path) -> list[Declared]:
-    """Return the properties `[[always]]` and `[[eventually]]` of a TOML file.
-
-    Raises:
-        InputError: A key is unknown or missing, or has a wrong value.
-    """
+    """Return the properties `[[always]]` and `[[eventually]]` of a TOML file."""
     found = []
     for kind in ("always", "eventually"):
         needs = {"that"} if kind == "always" else {"that", "within"}
         knows = needs | ({"name"} if kind == "always" else {"name", "after"})
         tables = table.get(kind, [])
         if not isinstance(tables, list) or not all(isinstance(one, dict) for one in tables):
-            raise InputError(f"{kind!r} is no list of tables", file=file, hint=f"write [[{kind}]]")
+            hint = f"write [[{kind}]]"
+            raise InputError(f"{kind!r} is not a list of tables", file=file, hint=hint)
         for number, one in enumerate(tables, 1):
             where, line = f"[[{kind}]] {number}", line_of(file, kind, number)
             check_keys(one, sorted(knows), where, file, every="keys are")

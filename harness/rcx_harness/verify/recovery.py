@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from rcx_harness.cell import Cell, CellTimeout
-from rcx_harness.cell.stimulus import Entry, typed
+from rcx_harness.cell.stimulus import Entry
+from structured_text.bench.stimulus import typed
 from structured_text.engines.conditions import Condition, conditions
 from structured_text.errors import InputError
 from structured_text.language.displayed import value_text
 from structured_text.output.toml_files import check_keys
 from structured_text.output.units import format_us, parse_us
 
-__all__ = ["NotRecoveredError", "Operator", "Recovery", "Step", "recovery_of"]
+__all__ = ["NotRecoveredError", "Operator", "Recovery", "recovery_of"]
 
 _PRESSED_US = 100_000
 #: Causes are gone when every controller is back. This takes at most this time [us].
@@ -23,7 +24,7 @@ _BACK_US = 20_000_000
 
 
 @dataclass(frozen=True)
-class Step:
+class RecoveryStep:
     """One step of the operator.
 
     Attributes:
@@ -55,7 +56,7 @@ class Recovery:
         file: The file that contains the table.
     """
 
-    steps: tuple[Step, ...] = ()
+    steps: tuple[RecoveryStep, ...] = ()
     when: str = ""
     within_us: int = 0
     file: str | None = None
@@ -80,15 +81,7 @@ class _Doing(Protocol):
 
 
 class Operator:
-    """An operator who brings a cell back into work with the steps of a recovery.
-
-    Args:
-        cell: The cell.
-        recovery: The recovery.
-
-    Raises:
-        InputError: A condition or variable does not exist.
-    """
+    """An operator who brings a cell back into work with the steps of a recovery."""
 
     def __init__(self, cell: Cell, recovery: Recovery) -> None:
         self._cell, self._recovery = cell, recovery
@@ -121,11 +114,7 @@ class Operator:
             run.let_pass(50_000)
 
     def act(self, run: _Doing) -> None:
-        """Execute all steps.
-
-        Raises:
-            NotRecoveredError: The condition of a step does not hold in time.
-        """
+        """Execute all steps."""
         until = iter(self._until)
         for step in self._recovery.steps:
             program = run.cell.program
@@ -146,11 +135,7 @@ class Operator:
                 run.let_pass(step.wait_us)
 
     def recover(self, run: _Doing) -> None:
-        """Execute all steps, and wait for the final condition.
-
-        Raises:
-            NotRecoveredError: The condition does not hold in time.
-        """
+        """Execute all steps, and wait for the final condition."""
         if self._when is not None:
             self._when.mark()
         self.act(run)
@@ -179,20 +164,16 @@ class Operator:
 
 
 def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
-    """Return the recovery in the table `[recover]` of a file.
-
-    Raises:
-        InputError: A key is unknown or missing, or has a wrong value.
-    """
+    """Return the recovery in the table `[recover]` of a file."""
     keys = ("set", "steps", "when", "within")
     check_keys(table, keys, "[recover]", file, every="keys are")
     steps = []
     if "set" in table:
-        steps.append(Step(values=_table(table["set"], "[recover]: set", file)))
+        steps.append(RecoveryStep(values=_table(table["set"], "[recover]: set", file)))
     given = table.get("steps", [])
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
         hint = 'write steps = [ { press = "Main.Reset", wait = "2s" } ]'
-        raise InputError("[recover]: steps is no list of tables", file=file, hint=hint)
+        raise InputError("[recover]: steps is not a list of tables", file=file, hint=hint)
     steps += [_step(one, f"[recover]: step {number}", file) for number, one in enumerate(given, 1)]
     when = _text(table.get("when", ""), "[recover]: when", file)
     if bool(when) != ("within" in table):
@@ -202,14 +183,14 @@ def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
     return Recovery(tuple(steps), when, within_us, str(file))
 
 
-def _step(table: Mapping[str, Any], where: str, file: Path) -> Step:
+def _step(table: Mapping[str, Any], where: str, file: Path) -> RecoveryStep:
     keys = ("set", "press", "for", "until", "within", "wait")
     check_keys(table, keys, where, file, every="keys are")
     press = table.get("press", [])
     names = press if isinstance(press, list) else [press]
     if not all(isinstance(one, str) for one in names):
         hint = 'write press = "Main.Reset"'
-        raise InputError(f"{where}: press is no input", file=file, hint=hint)
+        raise InputError(f"{where}: press is not an input", file=file, hint=hint)
     if ("until" in table) != ("within" in table):
         missing = "within" if "until" in table else "until"
         raise InputError(f"{where}: {missing} is missing", file=file)
@@ -221,7 +202,7 @@ def _step(table: Mapping[str, Any], where: str, file: Path) -> Step:
     def time(key: str, default_us: int) -> int:
         return _time(table[key], f"{where}: {key}", file) if key in table else default_us
 
-    return Step(
+    return RecoveryStep(
         _table(table.get("set", {}), f"{where}: set", file),
         tuple(names),
         time("for", _PRESSED_US),

@@ -36,17 +36,8 @@ def replayed(
 ) -> Iterator[_Made]:
     """Write a stimulus file, yield the cell for which it is scheduled, then write its chart.
 
-    Args:
-        made: Builds the cell, or the bench of a program without a robot.
-        entries: The run.
-        about: The comment at the beginning of the file.
-        stimulus: The stimulus file to write.
-        chart: The timing chart (SVG) to write.
-        properties: Properties to check in addition to the rules.
-        kind: The class that reads the stimulus file.
-
-    Raises:
-        InputError: A file cannot be written, or exists and was not written by a search.
+    `made` builds the cell, or the bench of a program without a robot. `about` is the comment at the
+    beginning of the file. `properties` are checked in addition to the rules.
     """
     for file in (stimulus, chart):
         if file is not None:

@@ -45,11 +45,8 @@ class AnswerMonitor:
     def take(self, t_us: int, who: str, so: bytes, si: bytes) -> list[Violation]:
         """Judge the current areas.
 
-        Args:
-            t_us: Time at which they were seen.
-            who: Beginning of a finding: `robot, packet 12`.
-            so: The area to the PLC.
-            si: The area last sent to the controller; empty if no PLC sends one.
+        `who` begins the text of a finding: `robot, packet 12`. `si` is the area last sent to the
+        controller; empty if no PLC sends one.
         """
         before, self._so = self._so, so
         code = word(si, 0) if si else 0

@@ -29,7 +29,6 @@ class CallMonitor:
     """A monitor that demands one call per scan, for one robot, and no skipped call while busy.
 
     Args:
-        program: The program to watch.
         plan: The calls that the source leaves open; if it is empty, the monitor costs nothing.
     """
 
@@ -45,7 +44,7 @@ class CallMonitor:
         self._robots: dict[int, int] = {}
         """The robot of each instance's last call."""
         self._before: frozenset[str] = frozenset()
-        """What was wrong in the scan before: what lasts is told once."""
+        """The faults of the previous scan: a lasting fault is reported once."""
 
     def scan(self, t_us: int, scan: int) -> list[Violation]:
         """Judge the calls of a scan."""

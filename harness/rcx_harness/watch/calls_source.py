@@ -44,9 +44,6 @@ class CallFinding(NamedTuple):
     """A wrong call.
 
     Attributes:
-        file: Its file.
-        at: Line and column.
-        text: What is wrong and what to do.
         certain: It fails whenever the statement runs; otherwise it depends on conditions.
     """
 
@@ -73,9 +70,7 @@ class CallPlan(NamedTuple):
 def call_findings(files: Sequence[Path], library: Sequence[Path] = ()) -> list[CallFinding]:
     """Check the calls in a program's own files.
 
-    Args:
-        files: The program's files, free of errors.
-        library: The files of the blocks that it uses.
+    The files are free of errors; `library` has the files of the blocks that they use.
     """
     every = (*files, *library)
     found = cache.made_of("called", _key(files, library), every, lambda: _findings(files, library))
@@ -123,10 +118,6 @@ def steady_instances(files: Sequence[Path], library: Sequence[Path] = ()) -> set
     An instance counts if its owner, a program or block, calls it exactly once, at the top level of
     its body and before any RETURN, and if no statement assigns its Execute or Enable after that
     call.
-
-    Args:
-        files: The program's own files, free of errors.
-        library: The files of the blocks that it uses.
 
     Returns:
         Names as `OWNER.INSTANCE` in upper case, with the name of the owner's type.
@@ -239,11 +230,8 @@ class _Calls:
     """The calls in one program or block.
 
     Attributes:
-        file: Its file.
-        owner: The program or block.
         blocks: All types of blocks.
         called: Its watched instances, in upper case.
-        kinds: Their types.
         varies: Some robot is selected by an index that is not constant.
     """
 

@@ -70,7 +70,7 @@ class _Instance:
         self.before: tuple[Any, ...] = (0,) * len(there)
         self.told: tuple[str, ...] = ()
         self._verdicts: dict[tuple[tuple[Any, ...], tuple[Any, ...]], tuple[str, ...]] = {}
-        """What is broken by a change; the same few changes come again and again."""
+        """The rules that a change breaks, cached because the same few changes recur."""
         self.at_rest = False
         """Pins that stay as they are break nothing."""
 
@@ -155,7 +155,6 @@ class ContractMonitor:
     if an unchanged state would be a violation.
 
     Args:
-        program: The program to watch.
         steady: Instances that are called exactly once whenever their owner is, with an Execute or
             Enable that no statement changes after the call, as returned by `steady_instances`. All
             rules are checked for them if the same is true of their owner.

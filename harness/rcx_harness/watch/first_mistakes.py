@@ -72,10 +72,6 @@ class Mistake(NamedTuple):
 def first_mistakes(files: Sequence[Path], library: Sequence[Path] = ()) -> list[Mistake]:
     """Return a warning for each first mistake in a program's own files.
 
-    Args:
-        files: The program's files.
-        library: The files of the blocks that it uses.
-
     Returns:
         The warnings, in the order of files and lines; none if the sources have errors.
     """
@@ -95,12 +91,7 @@ def _found(files: Sequence[Path], every: Sequence[Path]) -> list[Mistake]:
 
 
 class _Mistakes:
-    """The first mistakes of a project.
-
-    Args:
-        project: The checked sources.
-        files: The user's files, by their names in the project.
-    """
+    """The first mistakes of a project."""
 
     def __init__(self, project: Project, files: dict[str, Path]) -> None:
         self._project, self._files = project, files

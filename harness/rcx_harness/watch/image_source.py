@@ -55,9 +55,7 @@ class _Write(NamedTuple):
 def image_use(files: Sequence[Path], library: Sequence[Path] = ()) -> ImageUse:
     """Find the use of the process image by a program.
 
-    Args:
-        files: The program's own files; if they have errors, nothing is found.
-        library: The files of the blocks that it uses.
+    If the files have errors, nothing is found.
     """
     every = (*files, *library)
     key = cache.sources_key((*files, _HERE, *library))
@@ -79,10 +77,8 @@ def _found(files: Sequence[Path], every: Sequence[Path]) -> ImageUse:
 class _Images:
     """The images of a program, with all writes to them.
 
-    Args:
-        project: The checked sources.
-        files: The user's files by their names in the project; the library's blocks write no image
-            from the robot.
+    Blocks of the library do not write to the image from the robot, so only the user's `files`
+    count.
     """
 
     def __init__(self, project: Project, files: dict[str, Path]) -> None:

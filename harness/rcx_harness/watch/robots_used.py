@@ -15,7 +15,7 @@ from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 from structured_text.language.walk import nodes, parts
 
-__all__ = ["Call", "Robot", "RobotsUsed", "pins_of", "robot_pins"]
+__all__ = ["Call", "Place", "Robot", "RobotsUsed", "pins_of", "robot_pins"]
 
 _REF = "RCX_REF"
 #: Parts of a statement or expression that are not code.
@@ -59,10 +59,6 @@ class Call:
     """A call of a block for a robot.
 
     Attributes:
-        pou: The user's program or block with the call.
-        file: File of the call.
-        node: The call.
-        name: The instance, as written.
         instance: Its place; None if the source leaves it open.
         image: The process image in its arguments, if there is one.
         frame: The frame in which `pou` runs.
@@ -93,7 +89,6 @@ class Robot:
 
     Attributes:
         name: Its name for the user.
-        calls: Calls in the order of the code.
         copy: The VAR_INPUT that makes it a copy, with its block.
         known: The source determines every use of it.
     """
@@ -113,11 +108,9 @@ class RobotsUsed:
     """The robots of a project.
 
     Args:
-        project: The checked sources.
         files: The user's files: their code is followed, that of the library's blocks is not.
 
     Attributes:
-        robots: By place.
         pous: The user's programs and blocks that are called.
         read_any: FB_ReadArea is called for a robot that the source leaves open.
         written_any: The same for FB_WriteArea.

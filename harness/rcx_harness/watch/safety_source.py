@@ -22,10 +22,6 @@ def safety_inputs(files: Sequence[Path], library: Sequence[Path] = ()) -> list[s
     """Return the paths of the variables that tell that a cell is safe, as `Main.CellSafe`.
 
     Values of expressions or of blocks in between are left out.
-
-    Args:
-        files: The program's own files, free of errors.
-        library: The files of the blocks that it uses.
     """
     every = (*files, *library)
     key = cache.sources_key((*files, _HERE, *library))

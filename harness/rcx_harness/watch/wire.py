@@ -19,8 +19,8 @@ INTERVAL_US = 100_000
 
 
 _SAFETY = ("SI(00)", "SI(06)")
-#: What must be ON when one of these starts something: with SI(00) OFF nothing moves, SI(06) OFF
-#: stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
+#: Inputs that must be ON when one of these starts something: with SI(00) OFF nothing moves, and
+#: SI(06) OFF stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
 _STARTS = {
     "SI(01)": ("SI(00)",),
     "SI(12)": ("SI(00)", "SI(06)"),
@@ -70,15 +70,7 @@ class WireMonitor:
         self._judged = False
 
     def scan(self, t_us: int, scan: int, so: bytes, si: bytes, connected: bool) -> list[Violation]:
-        """Judge one scan.
-
-        Args:
-            t_us: Time of the scan.
-            scan: Its number.
-            so: The area read at its start.
-            si: The area written at its end.
-            connected: The status of the PLC's scanner.
-        """
+        """Judge one scan."""
         before, self._si = self._si, si
         judged, self._connected = connected and self._connected, connected
         if not judged:

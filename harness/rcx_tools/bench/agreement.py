@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.engines.load import Matiec
+from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.program import MatiecProgram
 from structured_text.errors import InputError
 from structured_text.language.load import analyse, load
@@ -33,7 +33,7 @@ _TRIED = (
     "a section in another place",
     "a variable called as something else",
     "a function without VAR_INPUT",
-    "a variable of a block that is no pin",
+    "a variable of a block that is not a pin",
     "inputs of a function left out",
     "a CASE of bit strings",
     "a function with VAR_OUTPUT or VAR_IN_OUT",

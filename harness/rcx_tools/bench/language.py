@@ -21,7 +21,8 @@ from rich.console import Console
 
 from rcx_tools.bench.agreement import compared
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
-from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.language.load import check
 from structured_text.projects.formats import is_project

@@ -18,17 +18,11 @@ from rich.table import Table
 
 from rcx_harness.cell.sources import default_lib
 from rcx_tools.bench.figure import Figure, Options, at_most, missing
-from structured_text.engines.load import (
-    MISSING,
-    Matiec,
-    find_c_compiler,
-    find_cxx_compiler,
-    find_matiec,
-    find_strucpp,
-)
+from structured_text.engines.matiec.build import MISSING, Matiec, find_matiec
 from structured_text.engines.matiec.source import join_sources
-from structured_text.engines.strucpp.build import Strucpp, compile_project
-from structured_text.engines.strucpp.memory import NAMESPACE
+from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_compiler
+from structured_text.engines.strucpp.build import Strucpp, compile_project, find_strucpp
+from structured_text.engines.strucpp.strucpp_dialect import NAMESPACE
 from structured_text.errors import InputError
 from structured_text.language.load import load
 

@@ -199,8 +199,12 @@ class Recorder:
         """Return the observed lanes, in the order of the chart."""
         return [one.lane for one in self._lanes]
 
-    def chart(self) -> str:
-        """Return the observed lanes as an SVG picture with a linear time axis."""
+    def chart(self, origin: str = _ORIGIN) -> str:
+        """Return the observed lanes as an SVG picture with a linear time axis.
+
+        Args:
+            origin: Comment that says from what the picture is generated.
+        """
         lanes = self.lanes
         left = 30 + round(_LETTER * max(len(lane.name) for lane in lanes))
         axis = Scale(left, _WIDTH - 12, self.spec.begin_us, self.spec.end_us)
@@ -217,7 +221,7 @@ class Recorder:
             marks.append(text(x, _TOP + 12, f"{t_us / 1e6:g}", "t"))
             marks.append(rule("g", x, _TOP + 18, x, top))
         title = f"<title>{escape(self.spec.title)}</title>"
-        return document(_WIDTH, top + 12, _STYLE, [*marks, *body], [title, _ORIGIN])
+        return document(_WIDTH, top + 12, _STYLE, [*marks, *body], [title, origin])
 
     def _take(self, cell: Cell, record: Record) -> None:
         if isinstance(record, Violation):

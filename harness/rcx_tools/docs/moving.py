@@ -45,6 +45,7 @@ _NAMES, _LEFT, _RIGHT = 372, 530, 1066
 _X, _Y, _SCALE = 172, 226, 0.25
 _STYLE = (
     STYLE + ".h{font-weight:bold;font-size:15px}.m{font-size:10px;fill:#777}"
+    ".b{font-size:10.5px;text-anchor:middle}.e{text-anchor:end}"
     ".reach{fill:#1a62ab;fill-opacity:.08;stroke:#1a62ab;stroke-opacity:.4}"
     ".arm{stroke:#566371;stroke-width:15;stroke-linecap:round}"
     ".fore{stroke:#4b86bf;stroke-width:11;stroke-linecap:round}"

@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -36,6 +35,7 @@ from rcx_tools.library import files as library_files
 from rcx_tools.library.alarm_texts import text_files
 from rcx_tools.library.signals import signal_files
 from rcx_tools.library.version import version_files
+from structured_text.output.programs import environment
 from structured_text.output.toml_files import load_toml
 
 __all__ = ["PATIENCE_S", "Header", "every_page", "headers", "main", "pages"]
@@ -114,15 +114,9 @@ def _blocks() -> Iterator[str]:
     yield "user's manual for RCX340 and RCX320, Ver. 1.31, and `guide` is a section of the remote"
     yield "command guide in the same document. `-` means that the block is this library's own.\n"
     yield "## I want to ...\n\n| Task | Blocks |\n|---|---|"
-    for task, names in _tasks().items():
+    for task, names in blocks.tasks().items():
         yield f"| {task} | {', '.join(map(_page_of, names))} |"
     yield from _table(internal=False)
-
-
-def _tasks() -> dict[str, list[str]]:
-    """Return the blocks for each task of a user."""
-    tasks: dict[str, list[str]] = load_toml(ROOT / "docs/reference/blocks/tasks.toml")
-    return tasks
 
 
 def _internal_blocks() -> Iterator[str]:
@@ -281,8 +275,8 @@ def _pasted(path: str) -> str:
 def _run(command: str) -> str:
     """Return the output of a command as a newcomer without matiec sees it."""
     hidden = ("RCX_MATIEC", "MAKEFLAGS", "MAKELEVEL", "MFLAGS")
-    clean = {key: value for key, value in os.environ.items() if key not in hidden}
-    clean |= {"PATH": f"{ROOT / '.venv/bin'}:/usr/bin:/bin", "COLUMNS": "100", "TERM": "dumb"}
+    path = f"{ROOT / '.venv/bin'}:/usr/bin:/bin"
+    clean = environment(without=hidden, PATH=path, COLUMNS="100", TERM="dumb")
     done = subprocess.run(
         command, shell=True, cwd=ROOT, env=clean, capture_output=True, text=True, check=False
     )

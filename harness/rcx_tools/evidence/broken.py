@@ -18,9 +18,11 @@ from rcx_tools.evidence.results import ROOT
 from structured_text.errors import InputError
 from structured_text.output.toml_files import line_of, load_toml
 
-__all__ = ["Bug", "broken_library", "bugs", "library_copy"]
+__all__ = ["BUGS", "Bug", "broken_library", "bugs", "library_copy"]
 
 _LIBRARY = ROOT / "plc" / "lib"
+#: The tables of the bugs that exploration and campaign search for.
+BUGS = ROOT / "tests" / "tools" / "evidence" / "bugs"
 
 
 @dataclass(frozen=True)
@@ -95,13 +97,10 @@ def broken_library(file: str, old: str, new: str) -> Iterator[Path]:
     """Yield a copy of the library; in one file `new` replaces `old`.
 
     Raises:
-        ValueError: `old` does not occur there exactly once.
+        InputError: `old` does not occur there exactly once.
     """
-    with TemporaryDirectory() as folder:
-        lib = Path(folder) / "lib"
-        shutil.copytree(_LIBRARY, lib)
-        text = (lib / file).read_text(encoding="utf-8")
-        if text.count(old) != 1:
-            raise ValueError(f"{file} has changed: {old!r} is there {text.count(old)} times")
-        (lib / file).write_text(text.replace(old, new), encoding="utf-8")
+    bug = Bug(f"of {file}", file, old, new)
+    with library_copy() as lib:
+        bug.check(lib)
+        bug.put_into(lib)
         yield lib

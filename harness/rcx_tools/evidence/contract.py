@@ -7,8 +7,6 @@ Further arguments go to pytest; --every-case leaves no case out.
 
 from __future__ import annotations
 
-import re
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -17,19 +15,17 @@ from typing import Any
 from xml.etree import ElementTree
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from rcx_tools.evidence.results import FOLDER, ROOT, write_result
+from rcx_tools.evidence.results import FOLDER, write_result
+from rcx_tools.evidence.running_tests import run_pytest
 
-__all__ = ["DEMANDED", "figures", "main", "run_tests"]
+__all__ = ["DEMANDED", "figures", "main"]
 
 #: The check requires more cases than this.
 DEMANDED = 10_000
 
 _FOLDERS = ("tests/contract", "tests/faults")
-_PERCENT = re.compile(r"\[ *(\d+)%\]")
-_LAST_LINES = 60
 
 
 def figures(report: Path) -> dict[str, Any]:
@@ -87,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report.unlink(missing_ok=True)
     begin = time.monotonic()
     given = sys.argv[1:] if arguments is None else arguments
-    lines = run_tests(report, given, console)
+    _, lines = run_pytest("contract", [f"--junitxml={report}", *_FOLDERS, *given], console)
     if not report.is_file():
         console.print("\n".join(lines), markup=False)
         return 2
@@ -104,29 +100,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         table.add_row(name.replace("_", " "), told)
     console.print(table)
     return 0 if met else 1
-
-
-def run_tests(report: Path, arguments: Sequence[str], console: Console) -> list[str]:
-    """Run the tests with a progress bar; return the last lines of pytest's output."""
-    command = [sys.executable, "-m", "pytest", "-q", "--color=no", "-n", "auto"]
-    command += ["--dist", "worksteal", f"--junitxml={report}", *_FOLDERS, *arguments]
-    columns = (TextColumn("{task.description}"), BarColumn())
-    columns_after = (TextColumn("{task.percentage:.0f} %"), TimeElapsedColumn())
-    lines: list[str] = []
-    with (
-        Progress(*columns, *columns_after, console=console, transient=True) as progress,
-        subprocess.Popen(
-            command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        ) as process,
-    ):
-        task = progress.add_task("contract", total=100)
-        assert process.stdout is not None
-        for line in process.stdout:
-            lines = [*lines[1 - _LAST_LINES :], line.rstrip()]
-            found = _PERCENT.search(line)
-            if found:
-                progress.update(task, completed=int(found[1]))
-    return lines
 
 
 if __name__ == "__main__":

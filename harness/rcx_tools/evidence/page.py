@@ -48,8 +48,8 @@ _MORE = """\
 - The PLC takes in and gives out the robot's area as a whole, between two scans, and `Margin` is as
   large as [scan-model.md](scan-model.md) says.
 - The compiler of the PLC does what the standard says of the portable part of the language that the
-  library keeps to. The checks run on the built-in engine, or on matiec where it is found; the
-  metamorphic checks compare both.
+  library keeps to. The checks run on the built-in engine, or on matiec where it is found;
+  the proofs and the campaign compare both.
 """
 
 #: Descriptions of rules that are neither from the manual nor assumed.

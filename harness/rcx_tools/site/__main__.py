@@ -13,6 +13,7 @@ from rcx_tools.site.bundle import bake, bundle
 from rcx_tools.site.checked import problems
 from rcx_tools.site.pages import staged
 from rcx_tools.site.programs import ROOT, bake_job, programs_json
+from rcx_tools.site.ranking import rank
 from structured_text.errors import InputError
 
 _HERE = Path(__file__).resolve().parent
@@ -65,6 +66,7 @@ def _documentation() -> None:
     if not zensical.exists():
         raise InputError("zensical is not installed", hint="make site installs it")
     _call([zensical, "build", "--clean"], work, "zensical")
+    rank(work / "site")
     shutil.rmtree(_SITE, ignore_errors=True)
     shutil.move(work / "site", _SITE)
 
@@ -89,6 +91,15 @@ def _playground(place: Path) -> None:
     archive.write_bytes(bundle())
     job.write_text(bake_job(), encoding="utf-8")
     bake(archive, pyodide, job)
+    _write_bytes(place)
+
+
+def _write_bytes(place: Path) -> None:
+    """Write the number of bytes that the worker fetches into it, for its progress."""
+    files = [place / "python" / name for name in _PYTHON if not name.endswith(".mjs")]
+    size = sum(file.stat().st_size for file in (*files, place / "harness.zip"))
+    worker = place / "worker.js"
+    worker.write_text(worker.read_text(encoding="utf-8").replace("@BYTES@", str(size)), "utf-8")
 
 
 def _version(package: Path) -> str:

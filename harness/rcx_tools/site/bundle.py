@@ -18,7 +18,7 @@ _HERE = Path(__file__).resolve().parent
 #: The rooms that a cell needs; they do not import any other room.
 _ROOMS = {
     "rcx_harness": ("cell", "robot", "spec", "trace", "watch"),
-    "structured_text": ("engines", "language", "output", "projects"),
+    "structured_text": ("bench", "engines", "language", "output", "projects"),
 }
 #: Parts of lark that nothing here imports.
 _LEFT_OUT = ("__pyinstaller", "tools")

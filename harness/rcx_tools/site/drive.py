@@ -136,7 +136,8 @@ def _told(cell: Cell, end_us: int) -> str:
     broken = len(cell.violations)
     return (
         f"{format_us(end_us)}: {cell.scans} scans of {cell.timing.scan_us / 1000:g} ms, "
-        f"{cell.commands} remote commands, {broken or 'no'} broken rule{'s' * (broken != 1)}"
+        f"{cell.commands or 'no'} remote command{'s' * (cell.commands != 1)}, "
+        f"{broken or 'no'} broken rule{'s' * (broken != 1)}"
     )
 
 

@@ -15,6 +15,8 @@ __all__ = ["START", "staged"]
 #: Pages for the start of a reader; all linked files are included.
 START = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
 _LINK = re.compile(r"(\]\()([^()\s#:]+)((?:#[^()\s]*)?\))")
+#: A chart that stands alone in its line.
+_CHART = re.compile(r"^(!\[[^\]]*\]\(([^)\s]+\.svg)\))$", re.MULTILINE)
 _FENCE = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
 _ASSETS = (".csv", ".html", ".json", ".png", ".svg")
 _LANGUAGES = {".css": "css", ".js": "js", ".py": "python", ".toml": "toml"}
@@ -68,6 +70,8 @@ def _page(path: str, links: list[str]) -> str:
         return _source(path, text)
     parts = _FENCE.split(text)
     parts[::2] = [_LINK.sub(lambda found: _linked(path, found, links), part) for part in parts[::2]]
+    # A click on a chart opens it in its own size.
+    parts[::2] = [_CHART.sub(r"[\1](\2)", part) for part in parts[::2]]
     return _with_playground(path, "".join(parts))
 
 

@@ -61,9 +61,9 @@ class Bench:
     """
 
     place: ClassVar[str] = "bench"
-    """What messages call it."""
+    """The name of this kind of bench in messages."""
     late: ClassVar[type[BenchTimeout]] = BenchTimeout
-    """What `run_until` raises."""
+    """The error that `run_until` raises."""
 
     def __init__(
         self,
@@ -81,10 +81,10 @@ class Bench:
     ) -> None:
         self.program = program
         self.closed = False
-        """After `close`."""
+        """Whether `close` has been called."""
         self._notice, self._leave = notice, leave or program.close
         self.mistakes = mistakes
-        """What the source of the program is warned of, a line each; in `notice`, too."""
+        """The warnings about the source of the program, one line each; `notice` has them, too."""
         self.now_us = 0
         self.scans = 0
         self.violations: list[Violation] = []
@@ -94,7 +94,7 @@ class Bench:
         self._agenda.repeat(first_us, SCAN, scan_us, self._scan)
         self._scan_us, self._first_us = scan_us, first_us
         self.plc = plc
-        """STOP and RUN, power, and what a start leaves."""
+        """The PLC: STOP and RUN, power, and the variables that survive a start."""
         self._wanted = False
 
     @classmethod
@@ -174,9 +174,8 @@ class Bench:
     def scan(self, n: int = 1) -> None:
         """Run `n` more scans.
 
-        Raises:
-            InputError: `n` is not a number of scans, or no scan comes because the PLC is in STOP or
-                has no power.
+        Raise InputError if `n` is not a number of scans, or no scan comes because the PLC is in
+        STOP or has no power.
         """
         goal = self.scans + whole("the number of scans", n, 0, _MOST_SCANS)
         self._wanted = True
@@ -245,9 +244,8 @@ class Bench:
     def start_plc(self, start: str = "warm") -> None:
         """Put the PLC into RUN; restart it if it runs already.
 
-        Args:
-            start: `"warm"` resets all variables except retained ones, `"cold"` resets all of them,
-                `"continue"` resets none.
+        `start` is `"warm"` to reset all variables except retained ones, `"cold"` to reset all of
+        them, or `"continue"` to reset none.
         """
         checked(EVENTS, "plc_run", {"start": start})
         self.plc.start(start)

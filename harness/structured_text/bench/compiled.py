@@ -28,10 +28,6 @@ _waiting: OrderedDict[Hashable, Compiled] = OrderedDict()
 class Compiled:
     """A compiled program with its sources, notes and retained variables.
 
-    Args:
-        files: Its sources.
-        engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
-
     Raises:
         InputError: anything wrong with the sources or the engine.
     """

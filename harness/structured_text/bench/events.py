@@ -55,7 +55,7 @@ def _power_off(start: str = "warm") -> Callable[[Stopped, int], None]:
 
 def _run(start: str = "warm") -> Callable[[Stopped, int], None]:
     if start not in _STARTS:
-        raise InputError(f"start = {start!r} is no start", hint=f"use {', '.join(_STARTS)}")
+        raise InputError(f"start = {start!r} is not a start", hint=f"use {', '.join(_STARTS)}")
     return lambda cell, _: cell.start_plc(start)
 
 
@@ -89,8 +89,7 @@ OPPOSITES: dict[str, str] = {"plc_stop": "plc_run", "plc_power_off": "plc_power_
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return the event that ends another one, with its arguments: how the PLC starts again.
 
-    Raises:
-        InputError: the event does not last.
+    Raise InputError if the event does not last.
     """
     if event not in OPPOSITES:
         hint = "'for' goes with stop, power_off"
@@ -102,12 +101,6 @@ def checked(
     events: Mapping[str, Event[_On]], event: str, args: Mapping[str, Any], key: str = "plc"
 ) -> Callable[[_On, int], None]:
     """Return the call by which an event acts on a bench, or on one of the devices around it.
-
-    Args:
-        events: All known events.
-        event: Name of the event.
-        args: Its arguments.
-        key: Its key in a stimulus.
 
     Raises:
         InputError: arguments that the event does not take, or impossible values.

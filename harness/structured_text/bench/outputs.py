@@ -11,10 +11,10 @@ from structured_text.bench.samples import FORMAT
 from structured_text.errors import COMMAND, InputError
 from structured_text.output.paths import real
 
+__all__ = ["check_outputs"]
+
 if TYPE_CHECKING:
     from structured_text.projects.sources import SourceFiles
-
-__all__ = ["check_outputs"]
 
 #: Kinds of output: name, and the first characters of every such file.
 _WRITTEN = {
@@ -51,7 +51,7 @@ def check_outputs(
         if place in read:
             raise InputError("would be overwritten, but it is an input", file=output)
         if place in written:
-            raise InputError("is named for two outputs", file=output)
+            raise InputError("is the file of two outputs", file=output)
         if os.path.isdir(place):
             raise InputError("is a folder, not a file", file=output)
         _check_earlier(kind, output)
@@ -70,7 +70,7 @@ def _check_earlier(kind: str, output: str | Path) -> None:
         raise InputError(f"cannot be read: {error.strerror}", file=output) from None
     if found and found != beginning.encode("ascii"):
         raise InputError(
-            f"is there already, and is no {name}; nothing was written",
+            f"is there already, and is not a {name}; nothing was written",
             file=output,
             hint="name another file, or remove this one",
         )

@@ -27,24 +27,21 @@ class Monitor(Protocol):
 class Plc:
     """A program with the state of its PLC and the monitors that watch it.
 
-    Args:
-        program: The program before its first scan.
-        retained: Paths of the variables that survive a warm start.
-        monitors: They restart with the program.
+    `program` has not run its first scan; `monitors` restart with it.
     """
 
     def __init__(
         self, program: Program, retained: Sequence[str], monitors: Sequence[Monitor] = ()
     ) -> None:
         self.runs = True
-        """It has power and is in RUN."""
+        """Whether the PLC has power and is in RUN."""
         self.powered = True
         self.inputs_stay = True
-        """What was set from outside is there after a start, too."""
+        """Whether values that were set from outside survive a start."""
         self.beginning = program.snapshot()
-        """The program as a cold start leaves it."""
+        """The state of the program after a cold start."""
         self.on_start: list[Callable[[], None]] = []
-        """Called after a start."""
+        """The functions that are called after a start."""
         self._program, self._retained = program, retained
         self._monitors = [(one, one.snapshot()) for one in monitors]
         self._outside: dict[str, Value] = {}

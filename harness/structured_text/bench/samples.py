@@ -134,8 +134,7 @@ class Trace(Generic[_R]):
     def snapshot(self) -> tuple[_R, ...]:
         """Return the records in memory.
 
-        Raises:
-            InputError: the trace is written to a file, which cannot go back in time.
+        Raise InputError if the trace is written to a file, which cannot go back in time.
         """
         if self._file is not None:
             raise InputError(

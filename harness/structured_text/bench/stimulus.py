@@ -36,7 +36,6 @@ class Entry:
 
     Attributes:
         t_us: Time from the start of the run.
-        line: Its line in the file.
         values: Variables to set, by path.
         events: Events of the PLC: name and arguments.
         held_us: Time after which the values, all of type BOOL, and the events are undone; None:
@@ -45,11 +44,11 @@ class Entry:
     """
 
     keys: ClassVar[tuple[str, ...]] = ("time", "set", "plc", "for", "expect")
-    """What a table may have."""
+    """The keys that a table may have."""
     opposite: ClassVar[Callable[..., tuple[str, dict[str, Any]]]] = staticmethod(opposite)
-    """The event that takes another back."""
+    """Returns the event that ends another event."""
     lasting: ClassVar[str] = "set or plc"
-    """The keys that `for` goes with."""
+    """The keys that `for` can be combined with, for messages."""
 
     t_us: int
     line: int = 0
@@ -160,13 +159,11 @@ class Entry:
 class Stimulus:
     """The entries of a file, in order of time.
 
-    Args:
-        file: The file of the entries, for messages.
-        entries: The entries; those of equal time keep the order of the file.
+    Entries of equal time keep the order of the file.
     """
 
     entry: ClassVar[type[Entry]] = Entry
-    """What the tables are read as."""
+    """The class of the entries."""
 
     def __init__(self, file: Path, entries: Sequence[Any]) -> None:
         self.file = file
@@ -269,7 +266,7 @@ def listed(table: Mapping[str, Any], key: str) -> list[Any]:
 def _conditions(table: Mapping[str, Any]) -> tuple[str, ...]:
     found = listed(table, "expect")
     if not all(isinstance(one, str) for one in found):
-        raise InputError("expect is no condition", hint='write expect = "Main.Parts > 3"')
+        raise InputError("expect is not a condition", hint='write expect = "Main.Parts > 3"')
     return tuple(found)
 
 
@@ -278,14 +275,8 @@ def event_of(
 ) -> tuple[str, Mapping[str, Any]]:
     """Return name and arguments of an event from the file.
 
-    Args:
-        given: The value in the file.
-        key: The key of this value.
-        names: Full names of events, by their names in the file.
-        elsewhere: Hints for events that belong to another key, by the name in the file.
-
-    Raises:
-        InputError: it is not an event.
+    Raise InputError if it is not an event. `names` are the full names of events by those in the
+    file; `elsewhere` has hints for events that belong to another key.
     """
     args: dict[str, Any] = {}
     if isinstance(given, dict):

@@ -73,7 +73,7 @@ def _matching(program: Program, pattern: str) -> dict[str, Type]:
     parts = list(_PART.finditer(pattern))
     if "".join(part[0] for part in parts) != pattern or pattern[0] in ".[":
         raise InputError(
-            f"{pattern!r} is no pattern of variables", hint="write it as Main.Hmi.* or Main.A[*]"
+            f"{pattern!r} is not a pattern of variables", hint="write it as Main.Hmi.* or Main.A[*]"
         )
     first = next(k for k, part in enumerate(parts) if _WILD.search(part[0]))
     begin = pattern[: parts[first].start()]

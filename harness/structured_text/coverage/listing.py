@@ -66,7 +66,6 @@ class Listing:
     """All items to cover in one POU.
 
     Attributes:
-        name: Its name.
         line: The line where it begins.
         statements: Its statements in source order.
         branches: Its branches in source order, without those that the source excludes. These are
@@ -94,9 +93,7 @@ class _Words:
 class Text:
     """The text of a file, or of the parts that were extracted from a project file.
 
-    Args:
-        file: The file.
-        sources: The extracted parts; a file of Structured Text is its own source.
+    A file of Structured Text is its own source.
 
     Attributes:
         lines: The text by line number.

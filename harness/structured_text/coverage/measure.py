@@ -125,9 +125,6 @@ class FileResult:
         source: Its lines, by their numbers.
         pous: Name, line and number of calls of each function or block in it.
         bodies: The sorted lines of the statements of each of these.
-        statements: Its statements.
-        branches: Its branches.
-        decisions: Its decisions.
         stale: Lines with a reason although everything on them was executed.
         changed: The file has changed since, or counts of several versions exist.
         demands_mcdc: MC/DC is required for it.
@@ -266,11 +263,7 @@ def _fill(
 def judge(code: Postfix, size: int, vectors: Collection[int]) -> list[Judged]:
     """Judge the conditions of a decision.
 
-    Args:
-        code: The decision as a postfix expression of its conditions.
-        size: The number of conditions.
-        vectors: All vectors in which it was evaluated. Bit k is the value of condition k; bit
-            `size` + k says that condition k was skipped.
+    Bit k of a vector is the value of condition k; bit `size` + k says that condition k was skipped.
     """
     outcomes = {vector: bool(outcome(code, vector, vector >> size)) for vector in vectors}
     return [_judge(code, size, outcomes, k) for k in range(size)]

@@ -38,11 +38,7 @@ class Outcome:
 
 
 def check_fail_under(option: str, given: float | str) -> float:
-    """Return the required percentage.
-
-    Raises:
-        InputError: it is not a number from 0 to 100.
-    """
+    """Return the required percentage, or raise InputError."""
     try:
         percent = float(given)
     except ValueError:
@@ -61,18 +57,11 @@ def conclude(
     lost: Sequence[str] = (),
     width: int = 100,
 ) -> Outcome:
-    """Write the report on the counts.
+    """Write the report on the counts, or raise InputError.
 
-    Args:
-        merged: The counts.
-        home: The folder to which displayed paths are relative; its name is the report's title.
-        folder: The folder for the report.
-        fail_under: The required percentage of statements and branches together [%].
-        lost: Processes whose part is missing.
-        width: Width of the table, in characters.
-
-    Raises:
-        InputError: it cannot be written.
+    The name of `home` is the title of the report, and displayed paths are relative to it.
+    `fail_under` is the required percentage of statements and branches together; `lost` are
+    processes whose part is missing.
     """
     results = measure(merged, home)
     found = total(results)
@@ -97,11 +86,10 @@ def conclude(
 def check_folder(folder: Path) -> None:
     """Refuse a folder in which a report could not be written.
 
-    Raises:
-        InputError: it is a file, or has an index.html or the like that is not a report's.
+    Raise InputError if it is a file, or has an index.html or the like that is not a report's.
     """
     if os.path.exists(folder) and not os.path.isdir(folder):
-        raise InputError("is no folder", file=folder, hint="name another for the coverage")
+        raise InputError("is not a folder", file=folder, hint="name another for the coverage")
     for name in ("index.html", "coverage.lcov", "mcdc.lcov", "coverage.xml"):
         _check(folder / name)
 
@@ -111,20 +99,12 @@ def write_report(
 ) -> list[Path]:
     """Write index.html, a page per file, coverage.lcov, mcdc.lcov (with MC/DC) and coverage.xml.
 
-    Pages of an earlier report that this one does not have are removed.
-
-    Args:
-        results: All files.
-        folder: The folder for the report; it is created.
-        title: The title of the sources.
-        home: The folder to which the paths of the files are relative.
-        absolute: Whether lcov gets absolute paths.
+    Pages of an earlier report that this one does not have are removed. Raise InputError if a file
+    exists that is not a report's, or cannot be written. The folder is created. Paths of the files
+    are relative to `home`; lcov gets absolute paths if wanted.
 
     Returns:
         The first page, and the files for other tools.
-
-    Raises:
-        InputError: a file exists that is not a report's, or cannot be written.
     """
     made: dict[Path, bytes | str] = {
         folder / name: text for name, text in pages(results, title).items()
@@ -146,7 +126,7 @@ def write_report(
 def _check(file: Path) -> None:
     if os.path.exists(file) and not _is_ours(file):
         raise InputError(
-            "is there already, and is no coverage report; nothing was written",
+            "is there already, and is not a coverage report; nothing was written",
             file=file,
             hint="name another folder, or remove this file",
         )

@@ -12,13 +12,7 @@ __all__ = ["BenchMachine"]
 
 
 class BenchMachine:
-    """A bench in virtual time, in which the stimulus is already scheduled.
-
-    Args:
-        bench: The bench.
-        end_us: Scans run before this time.
-        shown: The text of that time for messages.
-    """
+    """A bench in virtual time, in which the stimulus is already scheduled."""
 
     around: Sequence[Scope] = ()
 

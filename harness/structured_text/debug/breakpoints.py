@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from operator import eq, ge, gt, le, lt
 from typing import Any
 
-from structured_text.debug.expressions import Compiled
+from structured_text.debug.watch_expressions import Compiled
 from structured_text.errors import InputError
 
 __all__ = ["Breakpoint", "Counting", "DataWatch", "Message", "message_of"]
@@ -36,14 +36,10 @@ class Counting:
 
     @classmethod
     def of(cls, text: str) -> Counting:
-        """Parse the text of a count.
-
-        Raises:
-            InputError: it is not a count.
-        """
+        """Parse the text of a count, or raise InputError."""
         found = _COUNT.fullmatch(text)
         if found is None:
-            raise InputError(f"{text!r} is no count of hits", hint="write 5, >= 5 or % 10")
+            raise InputError(f"{text!r} is not a count of hits", hint="write 5, >= 5 or % 10")
         return cls(_COMPARE[found[1] or "=="], int(found[2]))
 
 
@@ -55,11 +51,7 @@ class Message:
 
 
 def message_of(text: str, compiled: Callable[[str], Compiled]) -> Message:
-    """Parse a message with expressions in braces.
-
-    Raises:
-        InputError: an expression is wrong.
-    """
+    """Parse a message with expressions in braces, or raise InputError."""
     parts: list[str | Compiled] = []
     for number, part in enumerate(_BRACES.split(text)):
         parts.append(compiled(part) if number % 2 else part)
@@ -93,11 +85,7 @@ class Breakpoint:
         self._here = scan, 0
 
     def hit(self, pou: str, variables: Mapping[str, Any]) -> bool:
-        """Count a hit and return whether it stops or prints its message.
-
-        Raises:
-            InputError: its condition cannot be evaluated.
-        """
+        """Count a hit and return whether it stops or prints its message, or raise InputError."""
         condition = self.conditions.get(pou)
         if condition is not None and not condition.value(variables):
             return False
@@ -121,7 +109,6 @@ class DataWatch:
 
     Attributes:
         number: Its identifier for the client; 0 for a search in the past.
-        name: Its path.
     """
 
     def __init__(

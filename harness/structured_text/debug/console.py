@@ -8,9 +8,9 @@ from typing import Any
 
 from structured_text.debug.breakpoints import DataWatch
 from structured_text.debug.debugger import Back, Debugger, Forward, Order
-from structured_text.debug.expressions import Expressions
 from structured_text.debug.scopes import Frame
-from structured_text.debug.values import Held, Memory, local, refuse_set
+from structured_text.debug.values import Held, ProgramVariables, local, refuse_set
+from structured_text.debug.watch_expressions import WatchExpressions
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.errors import InputError
 from structured_text.language import tree as t
@@ -28,7 +28,7 @@ X := 5                set a variable
 .back X               go back to the statement that changed X last
 .back                 go back to the last breakpoint
 .start                go to the start of the run
-.inject link_down 1   let something befall the robot, as in a stimulus; of several say which"""
+.inject link_down 1   trigger an event, as in a stimulus; with several robots, say which one"""
 
 _LAST = re.compile(r"(?:(?P<base>[A-Za-z_][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<name>\w*)$")
 
@@ -36,7 +36,9 @@ _LAST = re.compile(r"(?:(?P<base>[A-Za-z_][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<na
 class Console:
     """An interpreter for the user's input in the debug console."""
 
-    def __init__(self, debugger: Debugger, expressions: Expressions, memory: Memory) -> None:
+    def __init__(
+        self, debugger: Debugger, expressions: WatchExpressions, memory: ProgramVariables
+    ) -> None:
         self._debugger, self._expressions, self._memory = debugger, expressions, memory
         self._machine = debugger.player.machine
         self._project = self._machine.program.module.project
@@ -46,10 +48,8 @@ class Console:
     def look(self, frame: Frame, text: str) -> Held:
         """Evaluate an expression in a frame: a variable with its parts, or a value.
 
-        A path from a program on (`Main.Servo.Busy`) is valid in every frame.
-
-        Raises:
-            InputError: the text is not an expression, or has no value.
+        A path from a program on (`Main.Servo.Busy`) is valid in every frame. Raise InputError if
+        the text is not an expression, or has no value.
         """
         try:
             compiled = self._expressions.compiled(frame.pou, text)
@@ -137,8 +137,7 @@ class Console:
     def lasting(self, frame: Frame, text: str) -> str:
         """Return the full path of a variable that is named in a frame.
 
-        Raises:
-            InputError: it is not a variable that keeps its value from scan to scan.
+        Raise InputError if it is not a variable that keeps its value from scan to scan.
         """
         found = self.look(frame, text)
         first, _, _ = re.split(r"([.\[])", f"{found.path}.", maxsplit=1)
@@ -154,14 +153,10 @@ class Console:
                 return resolve(self._project, one).path
             except InputError:
                 continue
-        raise InputError(f"{text} is no variable that lasts from scan to scan")
+        raise InputError(f"{text} is not a variable that lasts from scan to scan")
 
     def watch(self, path: str, number: int) -> DataWatch:
-        """Return a watch for a variable.
-
-        Raises:
-            InputError: there is no such variable.
-        """
+        """Return a watch for a variable, or raise InputError."""
         found = self._memory.at(resolve(self._project, path))
         if is_scalar(found.type):
             return DataWatch(
@@ -177,11 +172,10 @@ class Console:
     def command(self, frame: Frame, text: str) -> Order | str:
         """Execute an assignment, or a command that begins with a dot.
 
+        Raise InputError if the text is neither.
+
         Returns:
             An order for the debugger, or the text to print.
-
-        Raises:
-            InputError: the text is neither.
         """
         if not text.startswith("."):
             target, _, value = text.rstrip("; ").partition(":=")
@@ -248,4 +242,4 @@ def _number(text: str, example: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise InputError(f"{text!r} is no number", hint=f"write {example}") from None
+        raise InputError(f"{text!r} is not a number", hint=f"write {example}") from None

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from structured_text.debug.breakpoints import Breakpoint, DataWatch
 from structured_text.debug.places import Code
 from structured_text.debug.player import Moment, Player
-from structured_text.debug.values import Memory
+from structured_text.debug.values import ProgramVariables
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
@@ -113,7 +113,7 @@ class Debugger:
     """
 
     player: Player
-    memory: Memory
+    memory: ProgramVariables
     front: Front
     breakpoints: list[Breakpoint] = field(default_factory=list)
     watches: list[DataWatch] = field(default_factory=list)
@@ -418,12 +418,7 @@ class Debugger:
     ) -> tuple[Moment, Stop] | None:
         """Return the last moment before `now` at which something stops.
 
-        Args:
-            breakpoints: Breakpoints to search for.
-            watches: Variables whose changes to search for.
-            now: Only moments before this one count.
-            rules: Whether broken rules count.
-            before: Stop before the statement that changes a variable, not after it.
+        `before` stops before the statement that changes a variable, not after it.
         """
         own = self.breakpoints, self.watches
         self.breakpoints, self.watches = breakpoints, watches

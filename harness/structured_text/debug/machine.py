@@ -74,11 +74,7 @@ class Machine(Protocol):
 
 
 def builtin_of(program: Program) -> BuiltinProgram:
-    """Return the program if it runs on the built-in engine.
-
-    Raises:
-        InputError: it runs on another engine.
-    """
+    """Return the program if it runs on the built-in engine, or raise InputError."""
     if not isinstance(program, BuiltinProgram):
         hint = "leave the engine out"
         raise InputError(f"the {program.engine} engine cannot be debugged", hint=hint)

@@ -42,7 +42,6 @@ class Player:
     """A machine with snapshots, which can go to any moment of its run.
 
     Attributes:
-        machine: The machine.
         tracer: The hooks on its statements.
         rerun: Number of scans that have been repeated so far.
     """

@@ -39,8 +39,7 @@ def encoded(message: Mapping[str, Any]) -> bytes:
 def read_message(stream: BinaryIO) -> Message | None:
     """Return the next message; None at the end of the stream.
 
-    Raises:
-        InputError: The stream is not one of messages, or a header or body is too long.
+    Raise InputError if the stream is not one of messages, or a header or body is too long.
     """
     length, size = -1, 0
     while line := stream.readline(_LONGEST_HEADER):
@@ -73,12 +72,7 @@ def read_message(stream: BinaryIO) -> Message | None:
 
 
 class Client:
-    """The connected editor: its messages in a queue, and numbered messages to it.
-
-    Args:
-        reading: Stream of its messages; None if they are put into `inbox` by other means.
-        writing: Stream of messages to it.
-    """
+    """The connected editor: its messages in a queue, and numbered messages to it."""
 
     def __init__(self, reading: BinaryIO | None, writing: BinaryIO) -> None:
         self.inbox: Queue[Message | InputError | None] = Queue(_MOST_WAITING)

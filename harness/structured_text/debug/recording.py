@@ -42,9 +42,6 @@ class Recorded:
     """A program that records scans and writes; it passes on all other calls.
 
     `restore` also discards the recording since the snapshot.
-
-    Args:
-        program: The program, on any engine.
     """
 
     def __init__(self, program: Program) -> None:
@@ -161,10 +158,8 @@ def _value(found: Any) -> Any:
 class Tape:
     """A recording as a `Machine` of the debugger.
 
-    Args:
-        program: The program on the built-in engine, before its first scan.
-        lines: Lines of the recording, without the first one.
-        violations: The broken rules of the recorded run.
+    The program runs on the built-in engine and has not run its first scan. The first line of the
+    recording is not among the lines.
     """
 
     def __init__(

@@ -12,9 +12,8 @@ from typing import Any
 from structured_text.debug.machine import Machine
 from structured_text.debug.places import Places
 from structured_text.debug.tracer import Tracer
-from structured_text.debug.values import Held, Item, Memory, Text, local
+from structured_text.debug.values import Held, Item, ProgramVariables, Text, local
 from structured_text.language import tree as t
-from structured_text.language.values import describe
 from structured_text.output.units import format_us
 
 __all__ = ["Frame", "Scopes"]
@@ -25,7 +24,6 @@ class Frame:
     """A call of a POU, or a program between two scans.
 
     Attributes:
-        pou: The POU.
         title: Its name in a stack.
         line: Current line.
         instance: The object of its instance; None for a function.
@@ -46,7 +44,7 @@ class Frame:
 class Scopes:
     """The stack and the scopes of a machine."""
 
-    def __init__(self, machine: Machine, places: Places, memory: Memory) -> None:
+    def __init__(self, machine: Machine, places: Places, memory: ProgramVariables) -> None:
         self._machine, self._places, self._memory = machine, places, memory
         self._project = places.project
 
@@ -145,10 +143,6 @@ class Scopes:
             if broken
             else Text("broken rules", "none"),
         ]
-
-    def type_of(self, item: Item) -> str:
-        """Return the name of a type."""
-        return item.type if isinstance(item, Text) else describe(item.type)
 
 
 def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[[str, Any], None]:

@@ -14,13 +14,13 @@ from typing import Any
 from structured_text.debug.breakpoints import Breakpoint, Counting, DataWatch, message_of
 from structured_text.debug.console import Console
 from structured_text.debug.debugger import Back, Debugger, Forward, Order, Quit, Stop
-from structured_text.debug.expressions import Expressions
 from structured_text.debug.machine import Machine
 from structured_text.debug.places import Places
 from structured_text.debug.player import Player
 from structured_text.debug.protocol import Client, Message
 from structured_text.debug.scopes import Frame, Scopes
-from structured_text.debug.values import Held, Item, Memory, Text
+from structured_text.debug.values import Held, Item, ProgramVariables, Text
+from structured_text.debug.watch_expressions import WatchExpressions
 from structured_text.errors import COMMAND, InputError
 
 __all__ = ["Launched", "Session"]
@@ -72,9 +72,7 @@ class Launched:
 class Session:
     """One client with one run.
 
-    Args:
-        client: The client.
-        launch: Builds the machine from the arguments of `launch` or `attach`.
+    `launch` builds the machine from the arguments of `launch` or `attach`.
     """
 
     def __init__(self, client: Client, launch: Callable[[Mapping[str, Any]], Launched]) -> None:
@@ -143,10 +141,10 @@ class Session:
         self._arguments = arguments
         program = machine.program
         self._places = Places(program)
-        self._memory = Memory(program)
+        self._memory = ProgramVariables(program)
         self._player = Player(machine, self._places)
         self._scopes = Scopes(machine, self._places, self._memory)
-        self._expressions = Expressions(program.module.project, program.module.names)
+        self._expressions = WatchExpressions(program.module.project, program.module.names)
         self._debugger = Debugger(self._player, self._memory, self)
         self._console = Console(self._debugger, self._expressions, self._memory)
 
@@ -291,7 +289,7 @@ class Session:
     def _line_breakpoint(self, file: str, wanted: Message, made: list[Breakpoint]) -> Message:
         line = int(wanted["line"]) + 1 - self._base
         if not self._places.is_source(file):
-            return _unverified(f"nothing of the program that runs is declared in {file}")
+            return _unverified(f"the running program has no declaration in {file}")
         found = self._places.line(file, line)
         if found is None:
             return _unverified("there is no statement from this line on")
@@ -382,7 +380,7 @@ class Session:
         for wanted in arguments.get("breakpoints", ()):
             try:
                 if wanted.get("accessType", "write") == "read":
-                    raise InputError("only a change can be seen", hint="break on write")
+                    raise InputError("only changes can be watched", hint="break on write")
                 self._numbers += 1
                 watches.append(self._console.watch(str(wanted["dataId"]), self._numbers))
                 told.append({"id": self._numbers, "verified": True})
@@ -535,7 +533,7 @@ class Session:
         reference, name = int(arguments["variablesReference"]), arguments["name"]
         found = [one for one in self._of(reference)() if one.name == name]
         if not found or not isinstance(found[0], Held):
-            raise InputError(f"{name} is no variable of the program and cannot be set")
+            raise InputError(f"{name} is not a variable of the program and cannot be set")
         frame = self._scope_frames.get(reference) or self._frame({})
         return self._put(found[0], str(arguments["value"]), frame)
 
@@ -576,7 +574,7 @@ class Session:
         return {"exceptionId": COMMAND, "description": text, "breakMode": "always"}
 
     def _on_source(self, _: Message) -> Message:
-        raise InputError("the sources are files", hint="open them in the editor")
+        raise InputError("only files have sources", hint="open them in the editor")
 
     def _on_loadedSources(self, _: Message) -> Message:  # noqa: N802
         files = dict.fromkeys(str(file) for file in self._places.project.files)

@@ -29,7 +29,7 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import array_length, describe, scalar_to_python
 
-__all__ = ["Held", "Item", "Memory", "Shown", "Text", "local", "refuse_set"]
+__all__ = ["Held", "Item", "ProgramVariables", "Shown", "Text", "local", "refuse_set"]
 
 #: Number of elements of an array in a line of text.
 _FEW = 8
@@ -41,7 +41,6 @@ class Held:
 
     Attributes:
         name: Its displayed name: a member, `[3]`, or the user's expression.
-        type: Its type.
         get: Returns its value.
         set: Sets its value; None if it cannot be set.
         path: An expression for it in its POU; empty without one.
@@ -77,7 +76,7 @@ class Shown:
     numbered: int = 0
 
 
-class Memory:
+class ProgramVariables:
     """The variables of a program.
 
     Attributes:
@@ -277,6 +276,6 @@ def local(
 def refuse_set(of: Held) -> InputError:
     """Return the error for a variable that cannot be set."""
     if not of.path:
-        return InputError(f"{of.name} is no variable", hint="only a variable can be set")
+        return InputError(f"{of.name} is not a variable", hint="only a variable can be set")
     text = f"{of.path} is a {describe(of.type)}"
     return InputError(text, hint="set its members or elements one by one")

@@ -17,4 +17,4 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from structured_text.engines import base, load
 
-    return getattr(base if name in base.__all__ else load, name)
+    return getattr(base if hasattr(base, name) else load, name)

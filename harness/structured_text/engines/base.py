@@ -55,9 +55,8 @@ class Program(Protocol):
     def read(self, path: str) -> Value:
         """Return the value at `path`.
 
-        Raises:
-            InputError: The path does not exist (similar names are suggested), or an index is out
-                of range.
+        Raise InputError if the path does not exist (similar names are suggested), or an index is
+        out of range.
         """
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
@@ -70,9 +69,8 @@ class Program(Protocol):
     def write(self, path: str, value: Value) -> None:
         """Set `path`, whole or in part (a dict may name some fields of a structure).
 
-        Raises:
-            InputError: The path does not exist, the type is wrong, or the value is out of the
-                type's range.
+        Raise InputError if the path does not exist, the type is wrong, or the value is out of the
+        type's range.
         """
 
     def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:

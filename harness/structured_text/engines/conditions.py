@@ -84,9 +84,8 @@ class Condition:
     def holds(self) -> bool:
         """Return whether the condition holds now.
 
-        Raises:
-            InputError: The condition cannot be evaluated: a division by 0, or a number out of its
-                range.
+        Raise InputError if the condition cannot be evaluated: a division by 0, or a number out of
+        its range.
         """
         values = self._look() + self._then
         known = self._known.get(values)
@@ -122,14 +121,13 @@ class Condition:
 def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
     """Check conditions and prepare them for evaluation.
 
+    Raise InputError if a variable is unknown (similar names are suggested), or the text is not an
+    expression of type BOOL.
+
     Args:
         program: The program whose variables the conditions name.
         texts: Expressions of type BOOL: variables by path, literals, members of enumerations,
             operators and standard functions. `BEFORE(path)` is the value at `Condition.mark`.
-
-    Raises:
-        InputError: A variable is unknown (similar names are suggested), or the text is not
-            an expression of type BOOL.
     """
     made: list[Condition] = []
     kinds: dict[str, Type] = {}

@@ -9,7 +9,7 @@ from pathlib import Path
 from structured_text.engines.base import Program
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.collector import collecting
-from structured_text.engines.matiec.build import MISSING, Matiec, find_matiec
+from structured_text.engines.matiec.build import MISSING, find_matiec
 from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_compiler
 from structured_text.engines.retained import retained
 from structured_text.engines.strucpp.build import MISSING_STRUCPP, find_strucpp
@@ -19,19 +19,7 @@ from structured_text.language.compiling import uncollected
 from structured_text.language.constructs import refuse
 from structured_text.language.project import Project
 
-__all__ = [
-    "ENGINES",
-    "MISSING",
-    "Built",
-    "Matiec",
-    "build",
-    "find_c_compiler",
-    "find_cxx_compiler",
-    "find_matiec",
-    "find_strucpp",
-    "load",
-    "why_not",
-]
+__all__ = ["ENGINES", "Built", "build", "why_not"]
 
 #: Values of the option `--engine`.
 ENGINES = ("auto", "matiec", "builtin", "strucpp")
@@ -60,15 +48,14 @@ _OF_MATIEC = ("a standard function of dates or BCD",)
 def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
     """Check ST sources and compile them.
 
+    Raise InputError if the sources contain an error (with file and line), the engine is unknown or
+    not installed, or matiec is named and cannot compile a construct of the program.
+
     Args:
         paths: The ST files, in any order.
         engine: `matiec`, `builtin`, `strucpp` or `auto`. `auto` takes matiec if it and a C
             compiler are found and the program is portable. Else, or if coverage is counted,
             it takes the built-in engine. STruC++ runs only if it is named.
-
-    Raises:
-        InputError: The sources contain an error (with file and line), the engine is unknown
-            or not installed, or matiec is named and cannot compile a construct of the program.
     """
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")

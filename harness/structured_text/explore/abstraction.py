@@ -1,33 +1,22 @@
-"""The abstraction of a running program: its state as a few bytes, and back.
+"""The abstraction of a running program: its state as bytes, and back.
 
-Two states get the same bytes only if no later scan can distinguish them:
+All variables that a program can name are stored unchanged, pins too. Each timer counts up to its
+own PT. Of the tables in `omitted` it uses tickets, numbers of scans, variables that are read only
+under a condition, and private variables of the library's blocks. A state contains the values
+themselves, so it means the same in every process with the program. Two states get the same bytes
+only if no later scan can distinguish them:
 
-* Time: all scans of a model have the same interval, or one of a few that the environment chooses.
-  A TON compares the time since its start with PT and does nothing else with the time. So only the
-  ticks since its start count, and all numbers above the longest PT of the model are equal. ET is
-  read by `Tables.clock` only, which restarts its TON in every scan: there it is 0 before the first
-  scan, and then the time since the last one. Waits that are counted in milliseconds are ordinary
-  numbers; none exceeds its limit.
 * Tickets: blocks compare tickets with the channel's Serving, by differences modulo 65536, and
   count them up. Adding a number to all tickets of a channel therefore changes nothing else. In a
   state Serving is 0, and the tickets are differences. A ticket that has been passed remains passed
   for at least 32767 further turns; all such tickets get the same code.
 * Numbers of scans: only whether a number is that of the last scan counts.
-* Words without a later effect are omitted, as the tables of `kept` say.
-
-For an unknown program (`exact`) all variables that it can name are stored unchanged, pins too. Of
-`kept` this mode uses tickets, numbers of scans, variables that are read only under a condition, and
-private variables of the library's blocks. Each timer counts up to its own PT. Such a state contains
-the values themselves, so it means the same in every process with the program. Other states contain
-an index for each value, in the order of first occurrence.
 """
 
 from __future__ import annotations
 
 import marshal
-import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from random import Random
 from struct import Struct
 from typing import Any, NamedTuple
@@ -36,7 +25,7 @@ from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.blocks import CLASSES
 from structured_text.engines.builtin.storage import address_slot, is_scalar
 from structured_text.errors import InputError
-from structured_text.explore.kept import Kept, Tables
+from structured_text.explore.omitted import Omitted, Tables
 from structured_text.language import tree as t
 from structured_text.language.printer import expression_text
 from structured_text.language.types import (
@@ -52,12 +41,11 @@ from structured_text.language.types import (
 from structured_text.language.values import describe
 from structured_text.language.walk import calls_of
 
-__all__ = ["NOW_US", "Abstraction", "Part"]
+__all__ = ["NOW_US", "Abstraction", "Place", "Slot", "spoiling"]
 
 #: PLC time of every scan. Only the starts of the timers differ between states.
 NOW_US = 1_000_000_000
 
-_EXPIRED = 255
 #: The members of a channel that count.
 _TURNS = ("SERVING", "NEXTTICKET", "LOWEST")
 #: The tables of an unknown library.
@@ -69,92 +57,78 @@ _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERR
 _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
 #: The size code of a slot of variable size; and the version of `marshal` that encodes equal values
 #: as equal bytes, whether or not they are one object.
-_OPEN, _MARSHAL = "", 2
-#: Pattern of the robot's members that the code of a slot uses.
-_ROBOT = re.compile(r"\brobot\.([A-Z0-9_.]+)")
-_WIDE = ("WORD", "INT", "UINT", "DINT", "TIME", "REAL", "UDINT", "DWORD")
+OPEN, _MARSHAL = "", 2
 
 
-class _Slot:
+class Slot:
     """One stored variable: code that reads, writes and disturbs its number.
 
-    `size` is the format of the number for `struct`; `_OPEN`: any value. `part` is the variable of
-    the program that contains it.
+    `size` is the format of the number for `struct`; `OPEN`: any value.
     """
 
     def __init__(
         self, get: str, put: str, condition: str = "", junk: str = "", size: str = "B"
     ) -> None:
-        self.size, self.part = size, ""
+        self.size = size
         self.get = f"({get}) if {condition} else 0" if condition else get
         self.put = put
         self.junk = f"if not ({condition}): {junk}" if condition else ""
 
 
-class Part(NamedTuple):
-    """The part of a state that covers some variables of the program; see `Abstraction.parts`."""
+class Place(NamedTuple):
+    """A structure or block, as the code of its variables needs it.
 
-    robot: tuple[str, ...]
-    """What else it looks at: of what the library's blocks share."""
-    freeze: Callable[[], bytes]
-    """Its bytes of the state after a scan at `NOW_US`."""
-    thaw: Callable[[bytes, int], None]
-    """Put its variables into a state, so many ticks later; the robot's have been put there."""
+    `name` is its name in that code, `owner` the type that contains it, and `channel` the one that
+    it works on. The last three are about its variables: those that are dropped, the conditions
+    under which others are read, and the channels of its jobs.
+    """
+
+    name: str
+    type_name: str
+    held: Any
+    kept: Omitted
+    owner: str
+    channel: str
+    dropped: Collection[str]
+    conditions: Mapping[str, str]
+    jobs: Mapping[str, str]
 
 
 class Abstraction:
     """The encoder and decoder of the states of one program.
 
-    Args:
-        program: The program, in its initial state.
-        tick_us: Time of one count of a timer.
-        ticks: The longest time of any timer of the program, in ticks.
-        free: Variables of the program itself that are written before each scan.
-        exact: Store all variables, of any program; `ticks` has no effect then.
-        tables: The knowledge of the library.
+    The program is in its initial state; a timer counts every `tick_us`.
 
     Raises:
         InputError: a variable of a type that states cannot hold, or more than one robot.
     """
 
-    def __init__(
-        self,
-        program: BuiltinProgram,
-        tick_us: int,
-        ticks: int,
-        free: set[str],
-        *,
-        exact: bool = False,
-        tables: Tables = _NONE,
-    ) -> None:
-        assert ticks < _EXPIRED - 1
-        self._exact, self._tables = exact, tables
+    #: Whether a state has slots of variable size, behind the numbers.
+    has_open_slots = True
+
+    def __init__(self, program: BuiltinProgram, tick_us: int, tables: Tables = _NONE) -> None:
+        self.tables = tables
         self._project = program.module.project
         self.root: Any = program.holder(next(iter(program.instances())))
-        self._now = NOW_US * 1000
-        self._tick, self._cap = tick_us * 1000, ticks
+        self.now = NOW_US * 1000
+        self.tick = tick_us * 1000
         self._objects: dict[str, Any] = {}
-        self._slots: list[_Slot] = []
-        self._junk: list[str] = []
-        self._fixed: list[tuple[Any, str, str]] = []
-        self._wide: list[Any] = [0]
-        self._index: dict[Any, int] = {0: 0}
-        if exact:
-            self._robot = self._only_robot(program)
-            for name, kind in program.instances().items():
-                assert isinstance(kind, BlockType)
-                self._walk(kind, program.holder(name), Kept(), "", "")
-            self._globals(program)
-        else:
-            self._robot = getattr(getattr(self.root, tables.variable), tables.member)
-            kind = next(iter(program.instances().values()))
-            assert isinstance(kind, BlockType)
-            self._walk(kind, self.root, Kept(dropped=" ".join(free)), "", "")
-        self._compile()
+        self.slots: list[Slot] = []
+        self.junk: list[str] = []
+        self.robot = self.shared_structure(program)
+        self.plan(program)
+        self.compile()
 
-    def _only_robot(self, program: BuiltinProgram) -> Any:
+    def plan(self, program: BuiltinProgram) -> None:
+        """Plan all variables of the program."""
+        for name, kind in program.instances().items():
+            assert isinstance(kind, BlockType)
+            self.walk(kind, program.holder(name), Omitted(), "", "")
+        self._globals(program)
+
+    def shared_structure(self, program: BuiltinProgram) -> Any:
         """Return the structure that the library's blocks share in this program, or None."""
-        tables = self._tables
+        tables = self.tables
         found = [
             path
             for path, kind in program.walk()
@@ -162,7 +136,7 @@ class Abstraction:
         ]
         if len(found) > 1:
             told = f"the program has {len(found)} {tables.devices}: {', '.join(found)}"
-            raise InputError(told, hint="explored are programs with one")
+            raise InputError(told, hint="only programs with one can be explored")
         return getattr(program.holder(found[0]), tables.member) if found else None
 
     def _globals(self, program: BuiltinProgram) -> None:
@@ -181,44 +155,18 @@ class Abstraction:
             if not symbol.constant:
                 self._part(f"shared.{slot}", symbol.type, getattr(held, slot))
 
-    @property
-    def size(self) -> int:
-        """Return the number of bytes of a state that is not exact."""
-        return self._packed.size
-
     def differences(self, one: bytes, other: bytes) -> list[str]:
         """Return the code of the slots in which two states differ, for messages."""
-        pairs = zip(self._values(one), self._values(other), strict=True)
+        pairs = zip(self.values(one), self.values(other), strict=True)
         return [slot.get for slot, (a, b) in zip(self._ordered(), pairs, strict=True) if a != b]
 
-    def _ordered(self) -> list[_Slot]:
+    def _ordered(self) -> list[Slot]:
         """Return the slots in their order in a state: those of variable size last."""
-        return sorted(self._slots, key=lambda one: one.size == _OPEN)
+        return sorted(self.slots, key=lambda one: one.size == OPEN)
 
-    def _values(self, state: bytes) -> tuple[Any, ...]:
-        values = self._packed.unpack_from(state)
-        return (*values, *marshal.loads(state[self.size :])) if self._exact else values
-
-    def parts(self, groups: Sequence[Sequence[str]]) -> list[Part]:
-        """Split the state into parts; from now on a state is the concatenation of their bytes.
-
-        Args:
-            groups: The program's variables in each part, in upper case. The variable of the robot
-                is in
-                the first part, and every stored variable is in exactly one part.
-        """
-        places = {name: place for place, names in enumerate(groups) for name in names}
-        self._slots.sort(key=lambda one: places[one.part])
-        self._compile()
-        found = []
-        for group in groups:
-            slots = [slot for slot in self._slots if slot.part in group]
-            robot = {one for slot in slots for one in _ROBOT.findall(f"{slot.get} {slot.put}")}
-            names = self._functions(slots)
-            freeze = partial(self._freeze_part, names["freeze"])
-            thaw = partial(self._thaw_part, names["thaw"])
-            found.append(Part(tuple(sorted(robot)), freeze, thaw))
-        return found
+    def values(self, state: bytes) -> tuple[Any, ...]:
+        """Return the values of the slots in a state, in their order."""
+        return (*self.packed.unpack_from(state), *marshal.loads(state[self.packed.size :]))
 
     def freeze(self) -> bytes:
         """Return the program's state after a scan."""
@@ -226,153 +174,106 @@ class Abstraction:
 
     def thaw(self, state: bytes, ticks: int = 1) -> None:
         """Put the program into a state, `ticks` after the scan that led to it."""
-        self._now = NOW_US * 1000
-        self._thaw(state, self._now - ticks * self._tick, 0)
-
-    def _freeze_part(self, freeze: Callable[[], bytes]) -> bytes:
-        self._now = NOW_US * 1000
-        return freeze()
-
-    def _thaw_part(self, thaw: Callable[[bytes, int, int], None], state: bytes, ticks: int) -> None:
-        self._now = NOW_US * 1000
-        thaw(state, self._now - ticks * self._tick, 0)
+        self.now = NOW_US * 1000
+        self._thaw(state, self.now - ticks * self.tick, 0)
 
     def disturb(self, state: bytes, ticks: int, random: Random) -> int:
         """Call `thaw` with arbitrary values in omitted variables; return the scan's time [us]."""
         now_us = NOW_US + random.randrange(1_000_000)
-        self._now = now_us * 1000
-        self._thaw(state, self._now - ticks * self._tick, random.randrange(1, 65536))
+        self.now = now_us * 1000
+        self._thaw(state, self.now - ticks * self.tick, random.randrange(1, 65536))
         self._spoil(random)
         return now_us
 
-    def check_fixed(self) -> None:
-        """Check, after a scan, that the variables that the tables call fixed have not changed.
-
-        Raises:
-            AssertionError: such a variable has changed.
-        """
-        for holder, slot, before in self._fixed:
-            if repr(_held(getattr(holder, slot))) != before:
-                raise AssertionError(f"{type(holder).__name__}.{slot} is not fixed")
-
-    # --- what the generated code calls ---
-
-    def _wide_index(self, value: Any) -> int:
-        key = tuple(value) if isinstance(value, list) else value
-        found = self._index.get(key)
-        if found is None:
-            found = self._index[key] = len(self._wide)
-            self._wide.append(key)
-        return found
-
-    def _ton(self, timer: Any) -> int:
-        """Return the code of a TON: 0 idle, 255 expired, else 1 plus the elapsed ticks (capped)."""
-        if timer.phase == 0:
-            return 0
-        if timer.phase == 2:
-            return _EXPIRED
-        elapsed = (self._now - timer.start) // self._tick
-        return 1 + min(int(elapsed), self._cap)
-
-    def _set_ton(self, timer: Any, code: int, now: int) -> None:
-        timer.phase = timer.before = timer.Q = 0
-        if code == _EXPIRED:
-            timer.phase, timer.before, timer.Q = 2, True, True
-        elif code:
-            timer.phase, timer.before = 1, True
-            timer.start = now - (code - 1) * self._tick
-
     # --- the plan ---
 
-    def _walk(self, kind: Type, held: Any, kept: Kept, owner: str, channel: str) -> None:
+    def walk(self, kind: Type, held: Any, kept: Omitted, owner: str, channel: str) -> None:
         """Plan all variables of a structure or block."""
-        tables = self._tables
         name = f"o{len(self._objects)}"
         self._objects[name] = held
         type_name = kind.name.upper() if not isinstance(kind, ElementaryType) else ""
-        texts = ("", "", "") if self._exact else (kept.dropped, kept.fixed, kept.flags)
-        dropped, fixed, flags = (set(text.upper().split()) for text in texts)
-        if self._exact and isinstance(kind, BlockType):
-            own = {one.name.upper() for one in kind.variables if one.section == "VAR"}
-            dropped = set(kept.dropped.upper().split()) - _JUDGED
-            dropped &= own | self._passed(owner, kind.name)
-        elif self._exact and type_name == tables.shared:
-            dropped = set(kept.dropped.upper().split())  # no program reads it
-            dropped -= {one for one, pou in tables.unless.items() if pou in self._project.pous}
-        conditional = kept.while_true
-        if self._exact and not type_name.startswith(tables.core):
-            conditional = {}  # unread values can be passed on
+        dropped = self.dropped(kind, type_name, kept, owner)
         conditions = {
             variable: condition.replace("o.", f"{name}.")
-            for condition, variables in conditional.items()
+            for condition, variables in self.conditional(type_name, kept).items()
             for variable in variables.upper().split()
         }
-        if type_name in tables.own:
+        if type_name in self.tables.own:
             channel = "own"
             self._objects[f"own_{name}"] = held.OWN
-        jobs = self._jobs(type_name) if self._exact else {}
+        jobs = self.jobs(type_name)
+        place = Place(name, type_name, held, kept, owner, channel, dropped, conditions, jobs)
         for slot, part in _parts(kind):
-            code = f"{name}.{slot}"
-            ticket = {key.upper(): to for key, to in kept.tickets.items()}.get(slot)
-            if slot in fixed and not (type_name == tables.channel and channel == "own"):
-                self._fixed.append((held, slot, repr(_held(getattr(held, slot)))))
-            elif slot in dropped or slot in fixed:
-                self._junk += _spoiling(code, part)
-            elif ticket is not None:
-                self._ticket(
-                    code, self._channel(ticket, type_name, owner, channel), conditions[slot]
-                )
-            elif type_name == tables.channel and slot in _TURNS:
-                self._turn(code, name, slot, own=channel == "own")
-            elif slot in kept.scans.upper().split():
-                self._number(code, conditions.get(slot, ""))
-            elif slot in flags:
-                self._slots.append(_Slot(f"{code} != 0", f"{code} = {{v}} * 0x8001"))
-            elif self._exact and type_name in _TIMERS and slot == "start":
-                self._elapsed(name)
-            elif isinstance(part, BlockType) and part.name == "TON" and not self._exact:
-                self._timer(code, conditions.get(slot, ""), reads_et=type_name == tables.clock)
-            elif isinstance(part, (BlockType, StructType)):
-                assert self._exact or slot not in conditions
-                inner = tables.types.get(part.name.upper(), Kept())
-                below = jobs.get(slot) or self._below(slot, channel, name)
-                self._walk(part, getattr(held, slot), inner, type_name, below)
-            elif self._exact and slot not in conditions:
-                self._part(code, part, getattr(held, slot))
-            else:
-                self._plain(code, part, conditions.get(slot, ""))
-            if held is self.root:
-                for one in self._slots:
-                    one.part = one.part or slot
+            self.variable(place, slot, part)
+
+    def variable(self, place: Place, slot: str, part: Type) -> None:
+        """Plan one variable of a structure or block."""
+        name, type_name, held, kept, owner, channel, dropped, conditions, jobs = place
+        code = f"{name}.{slot}"
+        ticket = {key.upper(): to for key, to in kept.tickets.items()}.get(slot)
+        if slot in dropped:
+            self.junk += spoiling(code, part)
+        elif ticket is not None:
+            self._ticket(code, self._channel(ticket, type_name, owner, channel), conditions[slot])
+        elif type_name == self.tables.channel and slot in _TURNS:
+            self.turn(code, name, slot, own=channel == "own")
+        elif slot in kept.scans.upper().split():
+            self._number(code, conditions.get(slot, ""))
+        elif type_name in _TIMERS and slot == "start":
+            self._elapsed(name)
+        elif isinstance(part, (BlockType, StructType)):
+            inner = self.tables.types.get(part.name.upper(), Omitted())
+            below = jobs.get(slot) or self._below(slot, channel, name)
+            self.walk(part, getattr(held, slot), inner, type_name, below)
+        elif slot not in conditions:
+            self._part(code, part, getattr(held, slot))
+        else:
+            self.plain(code, part, conditions[slot])
+
+    def dropped(self, kind: Type, type_name: str, kept: Omitted, owner: str) -> set[str]:
+        """Return the variables of a structure or block that no program can read."""
+        dropped = set(kept.dropped.upper().split())
+        if isinstance(kind, BlockType):
+            own = {one.name.upper() for one in kind.variables if one.section == "VAR"}
+            return (dropped - _JUDGED) & (own | self._passed(owner, kind.name))
+        if type_name != self.tables.shared:
+            return set()
+        unless = self.tables.unless.items()
+        return dropped - {one for one, pou in unless if pou in self._project.pous}
+
+    def conditional(self, type_name: str, kept: Omitted) -> Mapping[str, str]:
+        """Return the variables that are read only under a condition, by that condition."""
+        # Unread values of all other types can be passed on.
+        return kept.while_true if type_name.startswith(self.tables.core) else {}
 
     def _part(self, code: str, kind: Type, held: Any) -> None:
         """Plan a variable of any type."""
         if isinstance(kind, (ReferenceType, InterfaceType)):
-            told = f"a variable of type {describe(kind)} cannot be told apart"
-            raise InputError(told, hint="explored are programs without pointers and references")
+            told = f"a variable of type {describe(kind)} cannot be explored"
+            raise InputError(told, hint="remove the pointers and references")
         if isinstance(kind, (BlockType, StructType)):
-            self._walk(kind, held, self._tables.types.get(kind.name.upper(), Kept()), "", "")
+            self.walk(kind, held, self.tables.types.get(kind.name.upper(), Omitted()), "", "")
         elif isinstance(kind, ArrayType) and not is_scalar(kind.element):
             for place, one in enumerate(held):
                 self._part(f"{code}[{place}]", kind.element, one)
         else:
-            self._plain(code, kind, "")
+            self.plain(code, kind, "")
 
     def _passed(self, owner: str, name: str) -> set[str]:
         """Return the pins of an internal block that all of its calls in the owner block write."""
         pou = self._project.pous.get(owner)
-        if pou is None or not name.upper().startswith(self._tables.core):
+        if pou is None or not name.upper().startswith(self.tables.core):
             return set()
         calls = [one for one in calls_of(pou.body) if one.block.name.upper() == name.upper()]
         pins = [{pin.upper() for pin, _ in one.inputs} for one in calls]
         return set.intersection(*pins) if pins else set()
 
-    def _jobs(self, type_name: str) -> dict[str, str]:
+    def jobs(self, type_name: str) -> dict[str, str]:
         """Return the channels of a block's jobs, by their slots, from the calls in its body."""
         pou = self._project.pous.get(type_name)
         found = {}
         for call in calls_of(pou.body) if pou else ():
-            if call.block.name.upper() == self._tables.job and isinstance(call.instance, t.Use):
+            if call.block.name.upper() == self.tables.job and isinstance(call.instance, t.Use):
                 pins = {pin.upper(): value for pin, value in call.in_outs}
                 channel = expression_text(pins["CHANNEL"]).upper()
                 if channel.endswith((".COMMAND", ".SEQUENCE")):
@@ -390,8 +291,8 @@ class Abstraction:
             return channel
         if channel in ("command", "sequence"):
             return f"robot.{channel.upper()}"
-        if type_name == self._tables.job:
-            return f"robot.{self._tables.owners.get(owner, 'sequence').upper()}"
+        if type_name == self.tables.job:
+            return f"robot.{self.tables.owners.get(owner, 'sequence').upper()}"
         return f"robot.{ticket.upper()}"
 
     def _ticket(self, code: str, channel: str, condition: str) -> None:
@@ -402,8 +303,8 @@ class Abstraction:
         behave alike and share the code 255; decoding chooses any passed number for them.
         """
         ahead = f"{code} - {channel}.SERVING & 65535"
-        self._slots.append(
-            _Slot(
+        self.slots.append(
+            Slot(
                 f"min({ahead}, 254) if ({ahead}) < 32768 else 255",
                 f"{code} = ({channel}.SERVING + ({{v}} if {{v}} < 255 else -1 - shift % 32767))"
                 " & 65535",
@@ -415,10 +316,10 @@ class Abstraction:
     def _number(self, code: str, condition: str) -> None:
         """Plan a number of a scan: a state stores only whether it is that of the last scan."""
         if code.endswith(".SCAN"):
-            self._slots.insert(0, _Slot("0", f"{code} = shift"))
+            self.slots.insert(0, Slot("0", f"{code} = shift"))
             return
-        self._slots.append(
-            _Slot(
+        self.slots.append(
+            Slot(
                 f"{code} == robot.SCAN",
                 f"{code} = robot.SCAN - (0 if {{v}} else 1 + shift % 65000) & 65535",
                 condition,
@@ -426,90 +327,68 @@ class Abstraction:
             )
         )
 
-    def _turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
+    def turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
         """Plan a counter of a channel relative to its Serving, which is 0 in every state.
 
         `shift` is 0 in a normal run. `disturb` sets it to another number, which shifts all tickets
         and must change nothing.
         """
         if slot == "SERVING":
-            self._slots.insert(0, _Slot("0", f"{code} = shift"))
+            self.slots.insert(0, Slot("0", f"{code} = shift"))
         elif slot == "LOWEST" and own:
-            self._junk.append(f"{code} = random.randrange(65536)")
-        elif slot == "LOWEST" and self._exact:
-            get = f"min({code} - {name}.SERVING & 65535, 255)"
-            self._slots.append(_Slot(get, f"{code} = shift + {{v}} & 65535"))
-        elif slot == "LOWEST":
-            # At the end of a scan the library sets LOWEST to NextTicket, since no ticket has been
-            # seen yet.
-            self._slots.append(_Slot(f"{code} != {name}.NEXTTICKET", f"{code} = {name}.NEXTTICKET"))
+            self.junk.append(f"{code} = random.randrange(65536)")
         else:
             get = f"min({code} - {name}.SERVING & 65535, 255)"
-            self._slots.append(_Slot(get, f"{code} = shift + {{v}} & 65535"))
-
-    def _timer(self, code: str, condition: str, *, reads_et: bool) -> None:
-        junk = f"set_ton({code}, random.choice((0, 1, 2, 255)), now)"
-        self._slots.append(_Slot(f"ton({code})", f"set_ton({code}, {{v}}, now)", condition, junk))
-        et = "0" if reads_et else "random.randrange(10**9)"
-        self._junk += [f"{code}.ET = {et}"]
+            self.slots.append(Slot(get, f"{code} = shift + {{v}} & 65535"))
 
     def _elapsed(self, name: str) -> None:
         """Plan the time that a timer has been running, in ticks, at most its PT."""
         get = f"elapsed({name})"
-        self._slots.append(_Slot(get, f"{name}.start = now - {{v}} * {self._tick}", size="I"))
+        self.slots.append(Slot(get, f"{name}.start = now - {{v}} * {self.tick}", size="I"))
 
     def _running(self, timer: Any) -> int:
         if timer.phase != 1:
             return 0
-        most = -(-max(timer.PT, 0) // self._tick)
-        return int(min((self._now - timer.start) // self._tick, most))
+        most = -(-max(timer.PT, 0) // self.tick)
+        return int(min((self.now - timer.start) // self.tick, most))
 
-    def _plain(self, code: str, kind: Type, condition: str) -> None:
-        junk = "; ".join(_spoiling(code, kind))
-        get, put, wide = f"index({code})", "wide[{v}]", "B"
-        if self._exact:
-            get, put, wide = code, "{v}", _OPEN
+    def plain(self, code: str, kind: Type, condition: str) -> None:
+        """Plan a scalar, or an array of scalars."""
+        junk = "; ".join(spoiling(code, kind))
         if isinstance(kind, ArrayType):
-            if self._exact:
-                get = f"{'bytes' if kind.element in _BYTES else 'tuple'}({code})"
-            start = f"{put} or [0] * len({code})"
-            slot = _Slot(get, f"{code}[:] = {start}", condition, junk, wide)
+            get = f"{'bytes' if kind.element in _BYTES else 'tuple'}({code})"
+            slot = Slot(get, f"{code}[:] = {{v}} or [0] * len({code})", condition, junk, OPEN)
         elif isinstance(kind, ElementaryType) and kind.name == "BOOL":
-            slot = _Slot(code, f"{code} = {{v}} == 1", condition, junk)
-        elif isinstance(kind, EnumType) and not self._exact:
-            slot = _Slot(code, f"{code} = {{v}}", condition, junk)
+            slot = Slot(code, f"{code} = {{v}} == 1", condition, junk)
         else:
-            slot = _Slot(get, f"{code} = {put}", condition, junk, wide)
-        self._slots.append(slot)
+            slot = Slot(code, f"{code} = {{v}}", condition, junk, OPEN)
+        self.slots.append(slot)
 
-    def _compile(self) -> None:
-        names = self._functions(self._slots)
-        self._packed: Struct = names["packed"]
+    def compile(self) -> None:
+        """Compile the functions that read, write and disturb all slots."""
+        names = self.functions(self.slots)
+        self.packed: Struct = names["packed"]
         self._freeze: Any = names["freeze"]
         self._thaw: Any = names["thaw"]
         self._spoil: Any = names["spoil"]
 
-    def _functions(self, slots: Sequence[_Slot]) -> dict[str, Any]:
+    def names(self) -> dict[str, Any]:
+        """Return the names that the code of the slots uses."""
+        return {**self._objects, "robot": self.robot, "elapsed": self._running}
+
+    def functions(self, slots: Sequence[Slot]) -> dict[str, Any]:
         """Return the compiled functions that read and write these slots."""
-        names = {
-            **self._objects,
-            "robot": self._robot,
-            "elapsed": self._running,
-            "ton": self._ton,
-            "set_ton": self._set_ton,
-            "index": self._wide_index,
-            "wide": self._wide,
-        }
+        names = self.names()
         values = {id(slot): f"v{number}" for number, slot in enumerate(slots)}
         puts = [slot.put.format(v=values[id(slot)]) for slot in slots]
-        sized = [slot for slot in slots if slot.size != _OPEN]
-        others = [slot for slot in slots if slot.size == _OPEN]
+        sized = [slot for slot in slots if slot.size != OPEN]
+        others = [slot for slot in slots if slot.size == OPEN]
         packed = Struct("<" + "".join(slot.size for slot in sized))
         names |= {"packed": packed, "pack": packed.pack, "unpack": packed.unpack_from}
         names |= {"dumps": marshal.dumps, "loads": marshal.loads}
         freeze = f"pack({_listed(slot.get for slot in sized)})"
         thaw = [f"{_listed(values[id(slot)] for slot in sized)} = unpack(state)"] * bool(sized)
-        if self._exact:
+        if self.has_open_slots:
             freeze += f" + dumps(({_listed(slot.get for slot in others)}), {_MARSHAL})"
             got = f"loads(state[{packed.size}:])"
             thaw += [f"{_listed(values[id(slot)] for slot in others)} = {got}"] * bool(others)
@@ -521,7 +400,7 @@ class Abstraction:
             "    pass",
             "def spoil(random, now=10**12):",
             "    getrandbits = random.getrandbits",
-            *(f"    {line}" for line in self._junk),
+            *(f"    {line}" for line in self.junk),
             *(f"    {slot.junk}" for slot in slots if slot.junk),
         ]
         exec(compile("\n".join(lines), "<abstraction>", "exec"), names)
@@ -550,11 +429,11 @@ def _parts(kind: Type) -> Iterator[tuple[str, Type]]:
                 yield one.name.upper(), one.type
 
 
-def _spoiling(code: str, kind: Type) -> list[str]:
+def spoiling(code: str, kind: Type) -> list[str]:
     """Return statements that give a variable an arbitrary value of its type."""
     if isinstance(kind, StructType):
         return [
-            line for name, part in kind.fields for line in _spoiling(f"{code}.{name.upper()}", part)
+            line for name, part in kind.fields for line in spoiling(f"{code}.{name.upper()}", part)
         ]
     if isinstance(kind, ArrayType):
         value = _arbitrary(kind.element)
@@ -571,11 +450,3 @@ def _arbitrary(kind: Type) -> str:
     if kind.name == "REAL":
         return "random.random()"
     return f"getrandbits({8 if kind.name == 'BYTE' else 15})"
-
-
-def _held(value: Any) -> Any:
-    """Return the value of a variable in a form that can be compared."""
-    slots = getattr(value, "__slots__", None)
-    if slots is None:
-        return value
-    return [_held(getattr(value, slot)) for slot in slots]

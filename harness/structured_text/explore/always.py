@@ -19,10 +19,7 @@ _MAIN = re.compile(r"\bMain\.", re.I)
 def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> Copies:
     """Copy a program's files with the assertions of their comments and with these expressions.
 
-    Args:
-        files: The files.
-        always: BOOL expressions in the names of the program, with or without `Main.`
-        folder: Where the copies go.
+    The expressions may omit `Main.`; the copies go into `folder`.
 
     Raises:
         InputError: an expression, but not exactly one program to check it in.
@@ -36,7 +33,7 @@ def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> C
         raise InputError(told, hint="it needs one PROGRAM in a file of Structured Text")
     for text in always:
         if "*)" in text or not text.strip():
-            raise InputError(f"{text!r} is no expression", hint='--always "NOT (A AND B)"')
+            raise InputError(f"{text!r} is not an expression", hint='--always "NOT (A AND B)"')
     comments = "".join(f" (* prove: {_MAIN.sub('', text)} *)" for text in always)
     copy = folder / "always" / programs[0].name
     copy.parent.mkdir()

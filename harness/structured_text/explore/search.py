@@ -17,7 +17,18 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-__all__ = ["Broken", "Ready", "Result", "Search", "Step", "Taken", "World", "steps"]
+__all__ = [
+    "Broken",
+    "Choice",
+    "Paths",
+    "Ready",
+    "Result",
+    "Search",
+    "Taken",
+    "Transition",
+    "World",
+    "steps",
+]
 
 _OPEN = -1
 
@@ -143,7 +154,7 @@ class Paths(Protocol):
         """Return the choices from the start to a state, followed by `last`."""
 
 
-class Step(NamedTuple):
+class Transition(NamedTuple):
     """A step from a state.
 
     Attributes:
@@ -165,15 +176,10 @@ class Step(NamedTuple):
 
 def steps(
     world: World[Any], number: int, state: bytes, seed: int, is_known: Callable[[bytes], bool]
-) -> Iterator[Step]:
+) -> Iterator[Transition]:
     """Yield all steps from a state; seed and number draw one of them, which is checked.
 
-    Args:
-        world: The world.
-        number: Number of the state.
-        state: The state.
-        seed: Seed for the choice of the checked step.
-        is_known: Returns whether the state with this key need not be sent.
+    A state need not be sent if `is_known` returns true for its key.
 
     Raises:
         Exception: see `World.check`.
@@ -186,7 +192,7 @@ def steps(
         key, is_cut = world.known_as(following), world.is_cut()
         is_checked = place == check and not is_cut
         sent = b"" if is_known(key) else world.packed(following)
-        yield Step(choice.number, key, sent, is_cut, is_checked, broken)
+        yield Transition(choice.number, key, sent, is_cut, is_checked, broken)
         if is_checked:
             world.check(state, choice, following, random)
 
@@ -205,7 +211,7 @@ class Ready:
         self._waiting, self._taken = deque([first]), 0
         self._depths, self._limit, self._depth = depths, limit, depth
         self.done = 0
-        """So many have been gone on from, and what follows is known."""
+        """The number of states whose steps are all known."""
 
     def __len__(self) -> int:
         return len(self._waiting)
@@ -239,7 +245,7 @@ class Ready:
 
 
 #: The number of a state, the state (packed), and the steps from it.
-Taken = tuple[int, bytes, Iterable[Step]]
+Taken = tuple[int, bytes, Iterable[Transition]]
 
 
 class Search(Generic[Choice]):
@@ -306,7 +312,9 @@ class Search(Generic[Choice]):
                     break
         return result
 
-    def _merge(self, number: int, found: Iterable[Step], ready: Ready, result: Result) -> None:
+    def _merge(
+        self, number: int, found: Iterable[Transition], ready: Ready, result: Result
+    ) -> None:
         """Merge the steps from one state into the result, up to the first broken rule."""
         world, every, known = self._world, self._every, self._known
         depth = self._depths[number] + 1

@@ -9,10 +9,10 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from structured_text.errors import InputError
-from structured_text.explore.search import Ready, Step, Taken, World, steps
+from structured_text.explore.search import Ready, Taken, Transition, World, steps
 from structured_text.farm import NOT_YET, Farm, NotYet
 
-__all__ = ["MOST", "SHARE", "Stepping", "shared"]
+__all__ = ["Some", "Stepping", "shared"]
 
 #: A parcel contains one of `SHARE` waiting states, so that all workers get some. It has at most
 #: `MOST` states, so that it takes only a moment.
@@ -78,7 +78,7 @@ def _take(world: World[Any], seed: int, sent: dict[bytes, int], some: Some) -> l
     return [_came(steps(world, number, state, seed, is_known)) for number, state in found]
 
 
-def _came(found: Iterator[Step]) -> _Came:
+def _came(found: Iterator[Transition]) -> _Came:
     taken = []
     try:
         for step in found:
@@ -113,7 +113,7 @@ def _parcels(ready: Ready) -> Iterator[Some | NotYet]:
             return
 
 
-def _steps(found: Iterable[Any], error: InputError | None) -> Iterator[Step]:
-    yield from (Step(*one) for one in found)
+def _steps(found: Iterable[Any], error: InputError | None) -> Iterator[Transition]:
+    yield from (Transition(*one) for one in found)
     if error is not None:
         raise error

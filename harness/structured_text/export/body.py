@@ -270,13 +270,9 @@ class Body:
     ) -> str:
         """Return a call of a function of the sources.
 
-        Args:
-            at: Index of its name.
-            given: Its arguments.
-            end: Index of the token after it.
-            parameters: The function's parameters, in order.
-            named: Whether arguments are named; None: as in the source.
-            defaults: Values for omitted arguments, by upper-case name.
+        `at` is the index of its name, and `end` that of the token after it. `named` says whether
+        arguments are named; None: as in the source. `defaults` are values for omitted arguments, by
+        upper-case name.
         """
         texts, keys = {}, [one.upper() for one in parameters]
         for place, (name, first, last) in enumerate(given):

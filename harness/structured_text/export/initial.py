@@ -60,12 +60,7 @@ def differing(
 ) -> Iterator[tuple[str, Any, Type]]:
     """Yield path, value and type of each scalar in a value that differs from another value.
 
-    Args:
-        path: The variable.
-        value: Its complete initial value.
-        other: The value it has without statements; None: yield each scalar.
-        kind: Its type.
-        field: Returns the name of a field in a path.
+    Without `other` yield each scalar. `field` returns the name of a field in a path.
     """
     if isinstance(kind, StructType):
         for name, inner in kind.fields:

@@ -23,13 +23,7 @@ def missing(
 
 
 def lost_configuration(part: Part, todo: str, *, without_globals: bool = False) -> Missing:
-    """Return the report that a CONFIGURATION is not supported, with all that it declares.
-
-    Args:
-        part: The CONFIGURATION.
-        todo: What to do instead.
-        without_globals: Its global variables are supported.
-    """
+    """Return the report that a CONFIGURATION is not supported, with all that it declares."""
     node = part.node
     assert isinstance(node, s.Configuration)
     found = [(f"TASK {one.name.text}", one.at) for one in node.tasks]

@@ -28,7 +28,6 @@ class Missing:
         what: Its kind and name.
         why: What is missing, or what to do instead.
         file: The file that declares it.
-        line: Line in that file.
         replaced: It belongs to the library, and other blocks of the library replace it.
     """
 
@@ -125,7 +124,9 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
         if os.path.exists(file) and not force:
             raise InputError("is there already", file=file, hint="--force writes over it")
         if os.path.isfile(file) and os.path.getsize(file) and not is_marked(file, output.mark):
-            raise InputError("is no export's; nothing was written", file=file, hint="move it away")
+            raise InputError(
+                "is not an export's; nothing was written", file=file, hint="move it away"
+            )
     replace_files({paths[path]: data for path, data in contents.items()})
     return Written(list(paths.values()), [], [])
 
@@ -159,19 +160,19 @@ def _check_folder(
         InputError: a file of the user would be overwritten, or the folder is not empty.
     """
     if not force and earlier:
-        raise InputError("has an earlier export", file=place, hint="--force takes its place")
+        raise InputError("has an earlier export", file=place, hint="--force replaces it")
     if not force and os.path.isdir(place) and any(place.iterdir()):
         hint = "name an empty folder or a new one; --force writes beside them, over none"
         raise InputError("has files that no export wrote", file=place, hint=hint)
     if not earlier and os.path.exists(place / RECORD):
-        raise InputError("is no record of an export", file=place / RECORD, hint="move it away")
+        raise InputError("is not a record of an export", file=place / RECORD, hint="move it away")
     for path, data in contents.items():
         file = place / path
         if not os.path.exists(file):
             continue
         found = digest(file.read_bytes())
         if found not in (earlier.get(path), digest(data)):
-            said = "was changed since it was exported" if path in earlier else "is no export's"
+            said = "was changed since it was exported" if path in earlier else "is not an export's"
             raise InputError(f"{said}; nothing was written", file=file, hint="move it away")
 
 

@@ -78,7 +78,6 @@ class Sources:
 
     Attributes:
         parts: The declarations.
-        project: The checked project.
         renaming: The new names of the library.
         names: Names and texts about the library.
     """
@@ -111,19 +110,18 @@ def sources_of(
 ) -> Sources:
     """Read and check the library, and a user's files with it.
 
+    Raise InputError if a file is missing or wrong, the prefix is not allowed, or a construct is
+    beyond the portable subset, which no target supports.
+
     Args:
         lib: Folder of the library.
         program: The user's files or folders.
         only_needed: Omit the parts of the library that the program does not need.
         prefix: Prefix for the names of the library; None leaves them unchanged.
         names: Names and texts about the library.
-
-    Raises:
-        InputError: a file is missing or wrong, the prefix is not allowed, or a construct is beyond
-            the portable subset, which no target supports.
     """
     if only_needed and not program:
-        raise InputError("--needed asks what a program needs", hint="name it with --program")
+        raise InputError("--needed requires a program", hint="name it with --program")
     files = _files(lib, program, only_needed)
     renamed = Renaming() if prefix is None else renaming(files, prefix)
 
@@ -284,10 +282,8 @@ def _types(
 def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
     """Yield the comments in a gap between types that belong to one of the two types.
 
-    Args:
-        gap: The text between the types.
-        own: Omit comments on the line of the type before.
-        last: Include comments on lines of their own.
+    `own` omits comments on the line of the type before; `last` includes comments on lines of their
+    own.
     """
     for found in _COMMENT.finditer(gap):
         on_line = "\n" not in gap[: found.start()]

@@ -47,10 +47,8 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
 
     A name that the user declares is the user's own in all of the user's files. A name that already
     begins with the prefix stays. If the prefix would turn another name into such a name, it is
-    written twice.
-
-    Raises:
-        InputError: a name cannot begin with the prefix, or a new name is already in use.
+    written twice. Raise InputError if a name cannot begin with the prefix, or a new name is already
+    in use.
     """
     if not _LEGAL.fullmatch(prefix):
         raise InputError(
@@ -137,11 +135,7 @@ def _variables(sections: Iterable[s.Section]) -> Iterator[s.Name]:
 
 
 def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
-    """Refuse a new name that is already in use.
-
-    Raises:
-        InputError: the name is in use.
-    """
+    """Refuse a new name that is already in use."""
     for file in files:
         for token in tokens(source_text(file), file):
             words = token.split("#") if token.type == "TYPED" else [token]

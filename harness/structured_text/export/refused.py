@@ -38,7 +38,6 @@ class Tool:
     """A tool for which a program may be intended.
 
     Attributes:
-        title: The name of the tool.
         export: The target of the export for it.
         words: Its list of functions and blocks, in the folder `words`.
         takes: Constructs that it accepts, with the source.
@@ -110,15 +109,8 @@ def refused(
 ) -> list[Refusal]:
     """Return all that a tool refuses in the user's files, in the order of files and lines.
 
-    Args:
-        tool: The tool.
-        sources: The files, free of errors.
-        project: The checked project.
-        program: The files for the export. If it is None, the export is not run, and what only the
-            export detects is missing from the result.
-
-    Raises:
-        InputError: the export fails.
+    Raise InputError if the export fails. The sources are free of errors. If `program` is None, the
+    export is not run, and what only the export detects is missing from the result.
     """
     users = [file for file in sources.users[0] if file.suffix.lower() not in tool.own]
     found = [_refusal(tool, use) for use in project.uses if use.file in users]

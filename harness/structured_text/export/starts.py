@@ -67,9 +67,7 @@ class Starts:
     def statements(self, node: s.Pou, scalar: Callable[[s.VarDecl, Symbol], str]) -> Iterator[str]:
         """Yield the statements that set initial values, for the beginning of a POU's body.
 
-        Args:
-            node: The POU.
-            scalar: Returns the text of a scalar's initial value.
+        `scalar` returns the text of a scalar's initial value.
         """
         for section, one, name in sections(node):
             symbol = self.symbol(node, name)

@@ -79,7 +79,7 @@ def export(
     prefix: str | None = None,
     names: Names | None = None,
 ) -> Output:
-    """Return the library, and a user's files with it, in a target's format.
+    """Return the library, and a user's files with it, in a target's format, or raise InputError.
 
     Args:
         target: A key of `TARGETS`.
@@ -88,9 +88,6 @@ def export(
         only_needed: Omit the parts of the library that the program does not need.
         prefix: Prefix for the names of the library; None leaves them unchanged.
         names: Names and texts about the library.
-
-    Raises:
-        InputError: the target does not exist, or the sources have a mistake.
     """
     found = TARGETS.get(target)
     if found is None:

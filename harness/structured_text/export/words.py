@@ -46,7 +46,7 @@ _OTHERWISE = {
     "F_TRIG": "write R_TRIG with NOT before its input",
     **dict.fromkeys(("TOF", "TP"), "write it with TON"),
     **dict.fromkeys(("MULTIME", "DIVTIME"), "compute in milliseconds"),
-    "RETURN": "put what follows into an IF",
+    "RETURN": "put the following statements into an IF",
     "FOR": "write WHILE",
 }
 
@@ -116,7 +116,6 @@ class Words:
     """The list of a tool.
 
     Attributes:
-        tool: The name of the tool.
         functions: Standard functions by their names in IEC 61131-3.
         blocks: Standard blocks by their names in IEC 61131-3, with pins in the standard's order.
         conversions: Types among which each conversion `X_TO_Y` exists.
@@ -140,9 +139,7 @@ class Words:
     def lacks(self, part: Part, functions: Collection[str]) -> Missing | None:
         """Return the first item in a part that is not on the list, with its replacement, or None.
 
-        Args:
-            part: A declaration.
-            functions: Functions of the sources, in upper case.
+        `functions` are those of the sources, in upper case.
         """
         if isinstance(part.node, s.Configuration):
             return None
@@ -155,11 +152,7 @@ class Words:
         """Yield the place of each item that is not on the list, and what to write instead.
 
         Items that came with the third edition are skipped, because they are constructs of their
-        own.
-
-        Args:
-            node: The declaration.
-            functions: Functions of the sources, in upper case.
+        own. `functions` are those of the sources, in upper case.
         """
         for what, name, at in _used(node, functions):
             if not self._has(what, name):
@@ -235,11 +228,8 @@ def unwritten(
     """Return the parts that cannot be written, by upper-case name, with the reason.
 
     A part cannot be written if it uses something that is not on the list, or needs such a part.
-
-    Args:
-        parts: All parts, each after those it needs.
-        list_of: The tool's list.
-        barred: Other reasons, by upper-case name; an empty text means no reason.
+    Each part stands after those it needs. `barred` are other reasons by upper-case name; an empty
+    text means no reason.
     """
     functions = {part.name.upper() for part in parts if part.kind == "FUNCTION"}
     names = {part.name.upper(): part.name for part in parts}

@@ -41,11 +41,7 @@ class Cluster:
     fingerprint: Callable[[], Fingerprint] = fingerprint
 
     def check(self) -> None:
-        """Check the address and the options without connecting.
-
-        Raises:
-            InputError: The cluster cannot be used with these options.
-        """
+        """Check the address and the options without connecting."""
         scheme, host, _ = self.parts()
         for name, file in (("ca", self.ca), ("cert", self.cert), ("key", self.key)):
             if scheme == "tls" and file is None:
@@ -67,11 +63,7 @@ class Cluster:
             )
 
     def parts(self) -> tuple[str, str, int]:
-        """Return scheme, host and port of the address.
-
-        Raises:
-            InputError: The address is malformed.
-        """
+        """Return scheme, host and port of the address, or raise InputError."""
         try:
             found = urlsplit(self.address)
             scheme, host, port = found.scheme, found.hostname, found.port

@@ -94,10 +94,7 @@ def _one(run: str, here: Callable[[], Fingerprint], of: Fingerprint, item: bytes
 class ClusterCrew:
     """The present workers of a cluster, as a crew of `Farm`.
 
-    Args:
-        work: The work that each of them does on an item.
-        cluster: The cluster.
-        say: Takes a line for the user.
+    `say` takes a line for the user.
 
     Raises:
         InputError: There is no such cluster, or it differs from this computer.
@@ -203,8 +200,7 @@ class ClusterCrew:
     def _look(self) -> None:
         """List the workers and check their connections.
 
-        Raises:
-            InputError: The cluster is gone, needs TLS, or has had no worker for too long.
+        Raise InputError if the cluster is gone, needs TLS, or has had no worker for too long.
         """
         assert self._client is not None
         self._looked_s = time.monotonic()
@@ -243,7 +239,7 @@ class ClusterCrew:
         raise self._gone()
 
     def _gone(self) -> InputError:
-        return _failed(self._cluster, "has gone", "start it again")
+        return _failed(self._cluster, "has ended", "start it again")
 
 
 def _connected(cluster: Cluster) -> Client:

@@ -20,13 +20,13 @@ from rich.progress import Progress
 
 from structured_text.errors import DISTRIBUTION, InputError
 from structured_text.farm.cluster import Cluster
-from structured_text.farm.kept import Kept
 from structured_text.farm.local import LocalCrew
+from structured_text.farm.result_file import ResultFile
 from structured_text.farm.work import Died, Done, Ended, Lost, NotBegun, Work, attempt, doer
 from structured_text.output.progress import progress_bar
 from structured_text.output.system import MOST_PROCESSES, processors
 
-__all__ = ["AHEAD", "NOT_YET", "Farm", "NotYet"]
+__all__ = ["AHEAD", "NOT_YET", "Farm", "Item", "NotYet", "Result"]
 
 #: Limit of items per worker that are started behind an unfinished one. Their results wait in memory
 #: until the unfinished one has ended.
@@ -102,7 +102,7 @@ class Farm:
         items: Iterable[Item | NotYet],
         *,
         lost: Callable[[Lost[Item]], Result] | None = None,
-        kept: Kept[Item, Result] | None = None,
+        kept: ResultFile[Item, Result] | None = None,
         title: str | None = "items",
     ) -> Generator[tuple[Item, Result], None, None]:
         """Yield each item with its result, in the order of the items, as early as possible.
@@ -138,7 +138,7 @@ class Farm:
         items: Iterable[Item],
         *,
         lost: Callable[[Lost[Item]], Result] | None = None,
-        kept: Kept[Item, Result] | None = None,
+        kept: ResultFile[Item, Result] | None = None,
         title: str = "items",
     ) -> Generator[tuple[Item, Result], None, None]:
         """Yield each item with its result as `run` does, but in the order in which they end."""
@@ -150,7 +150,7 @@ class Farm:
         work: Work[Item, Result],
         items: Iterable[Item | NotYet],
         lost: Callable[[Lost[Item]], Result] | None,
-        kept: Kept[Item, Result] | None,
+        kept: ResultFile[Item, Result] | None,
         title: str | None,
         ahead: int | None = None,
     ) -> Iterator[_Ending]:
@@ -207,7 +207,7 @@ class _Known:
     They come from the file of results, or from an equal item in progress.
     """
 
-    def __init__(self, kept: Kept[Any, Any] | None) -> None:
+    def __init__(self, kept: ResultFile[Any, Any] | None) -> None:
         self._kept = kept
         self._ready: list[_Ending] = []
         self._same: dict[str, list[tuple[int, Any]]] = {}

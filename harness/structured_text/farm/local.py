@@ -53,12 +53,7 @@ class _Worker:
 
 
 class LocalCrew:
-    """A crew of processes; a process that ends is replaced.
-
-    Args:
-        work: The work that each of them does on an item.
-        size: Number of processes, at least 1.
-    """
+    """A crew of processes; a process that ends is replaced."""
 
     attempts = 3
 

@@ -31,11 +31,7 @@ class Parcel:
 
     @classmethod
     def of(cls, files: Iterable[Path]) -> Parcel:
-        """Read files into a parcel.
-
-        Raises:
-            InputError: A file cannot be read.
-        """
+        """Read files into a parcel, or raise InputError."""
         named = list(files)
         contents = [file_bytes(file, OTHER) for file in named]
         return cls(tuple(zip(map(str, named), _names(named), contents, strict=True)))

@@ -14,6 +14,7 @@ __all__ = [
     "Died",
     "Done",
     "Ended",
+    "Item",
     "Lost",
     "LostError",
     "NotBegun",

@@ -10,11 +10,13 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.calls import block_arguments, pin_of
 from structured_text.language.declare import Scope
-from structured_text.language.expressions import Expressions, group
-from structured_text.language.functions import NOTHING, same_text
+from structured_text.language.expression_checker import ExpressionChecker
+from structured_text.language.functions import group, same_text
+from structured_text.language.methods import NOTHING
 from structured_text.language.objects import START
 from structured_text.language.references import PLACES, place_of
-from structured_text.language.resolve import ConsequenceError, fills
+from structured_text.language.registry import ConsequenceError
+from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from structured_text.language.standard import BLOCKS
 from structured_text.language.starting import Start, start_call, starting
@@ -41,10 +43,7 @@ def check_body(
 ) -> None:
     """Check the body of a POU and store it in `scope.pou`.
 
-    Args:
-        scope: The POU and its surroundings.
-        body: Its statements as parsed.
-        report: Receives each error. Checking continues with the next statement.
+    After an error, checking continues with the next statement.
     """
     statements = _Statements(scope, report)
     scope.pou.body = statements.block(body)
@@ -63,11 +62,6 @@ def check_start(
     These are initial values of pointers, references and interfaces, calculated values, and the
     arguments of blocks. For a function or method they are put before its body. A block gets the
     method `START` for them.
-
-    Args:
-        scope: The POU and its surroundings.
-        sections: Its declarations.
-        report: Receives each error.
     """
     pou, statements = scope.pou, _Statements(scope, report)
     start = statements.block(starting(sections, scope))
@@ -88,10 +82,10 @@ class _Statements:
     def __init__(self, scope: Scope, report: Callable[[InputError], None]) -> None:
         self._scope = scope
         self._report = report
-        self._expressions = Expressions(scope)
+        self._expressions = ExpressionChecker(scope)
         self._calls = _BlockCalls(self._expressions)
         self._loops = self._depth = 0
-        # Nodes made here. `Expressions` caches results by `id`, so these nodes must stay alive.
+        # Nodes made here: they must stay alive, because `ExpressionChecker` caches by `id`.
         self._made: list[s.Expression] = []
         self.assigned: set[t.Symbol] = set()
 
@@ -296,7 +290,7 @@ class _Statements:
         counter = self._target(node.counter)
         kind = counter.type
         if not isinstance(counter, t.Use):
-            self._scope.note("a FOR counter that is no plain variable", node.counter.at)
+            self._scope.note("a FOR counter that is not a plain variable", node.counter.at)
         if group(kind) in ANY_BIT and kind != BOOL:
             self._scope.note("arithmetic of bit strings", node.counter.at, "a FOR counter")
         elif group(kind) not in ANY_INT:
@@ -351,7 +345,7 @@ class _Statements:
 class _BlockCalls:
     """The block calls of one POU; `_Statements` uses it with its own expressions."""
 
-    def __init__(self, expressions: Expressions) -> None:
+    def __init__(self, expressions: ExpressionChecker) -> None:
         self._expressions = expressions
         self._scope = expressions.scope
 

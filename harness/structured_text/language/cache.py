@@ -40,8 +40,8 @@ __all__ = [
     "kept",
     "made_of",
     "memory",
+    "sources_key",
 ]
-__all__ += ["put", "remembered", "sources_key"]
 
 #: Most entries of one kind in the folder, and in this process.
 IN_FOLDER, IN_PROCESS = 256, 48
@@ -73,8 +73,7 @@ def folder() -> Path | None:
 def put(entry: Path, content: bytes) -> None:
     """Write an entry, and remove the oldest entries of its kind, which is its suffix.
 
-    Raises:
-        OSError: it cannot be written.
+    Raise OSError if it cannot be written.
     """
     _replace(entry, _signature(entry, content) + content)
     entries = sorted(entry.parent.glob(f"*{entry.suffix}"), key=lambda path: path.stat().st_mtime)
@@ -149,10 +148,8 @@ def _digest(path: Path) -> bytes:
     """Return the SHA-256 of a file; read it again only if its times, size or inode changed.
 
     As in git, a file that changed very recently is not trusted: a second change within the
-    resolution of the file system's clock would leave all of these values unchanged.
-
-    Raises:
-        InputError: the file cannot be read.
+    resolution of the file system's clock would leave all of these values unchanged. Raise
+    InputError if the file cannot be read.
     """
     name = os.fspath(path)
     state = file_state(name)
@@ -192,10 +189,7 @@ def _is_in(folder: Path, other: str) -> bool:
 def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:
     """Return the result of `make` for this key, cached in this process.
 
-    Args:
-        kind: Kind of the result.
-        key: Key of its inputs; empty if the result must not be cached.
-        make: Makes the result, which must not be changed afterwards.
+    With an empty key nothing is cached. The result must not be changed afterwards.
     """
     if not key:
         return make()
@@ -228,11 +222,8 @@ def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
 def made_of(kind: str, key: str, files: Sequence[Path], make: Callable[[], _T]) -> _T:
     """Return the result of `make`, cached in this process and in the folder.
 
-    Args:
-        kind: Kind of the result.
-        key: Key of the files and of all other inputs.
-        files: The files. Results of temporary files are cached in this process only.
-        make: Makes the result, which must be picklable and must not be changed afterwards.
+    Results of temporary files are cached in this process only. The result must be picklable and
+    must not be changed afterwards.
     """
     lasting = key if is_lasting(files) else ""
     return remembered(kind, key, lambda: kept(kind, lasting, make))

@@ -49,7 +49,7 @@ class Referring(Protocol):
 
 
 class Checking(Protocol):
-    """The part of `expressions.Expressions` that its parts use.
+    """The part of `ExpressionChecker` that its parts use.
 
     Attributes:
         scope: The names of the POU.

@@ -22,8 +22,7 @@ _T = TypeVar("_T")
 def deeply(work: Callable[[], _T]) -> _T:
     """Return the result of `work`; repeat it on a large stack if the usual one is too small.
 
-    Raises:
-        RecursionError: the large stack was too small, too.
+    Raise RecursionError if the large stack was too small, too.
     """
     try:
         return work()

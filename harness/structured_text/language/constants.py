@@ -37,7 +37,7 @@ from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.language.values import describe
 from structured_text.language.widening import converted, widening
 
-__all__ = ["adapt", "constant", "evaluate", "literal", "member"]
+__all__ = ["NotConstantError", "adapt", "constant", "evaluate", "literal", "member"]
 
 #: Longest literal that is not a text [characters]. The longest LREAL and LWORD need far fewer.
 _LONGEST = 200
@@ -52,11 +52,6 @@ Lookup = Callable[[s.Expression], Constant | None]
 
 def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constant:
     """Return the value of a literal; untyped numbers are LINT or LREAL and not `typed`.
-
-    Args:
-        node: The literal.
-        types: Types of the project by upper-case name, for `COLOUR#RED`.
-        where: Its declaration, for messages.
 
     Raises:
         InputError: malformed or out of its type's range.
@@ -95,11 +90,7 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
 
 
 def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
-    """Return a member of an enumeration by its name.
-
-    Raises:
-        InputError: there is no such member.
-    """
+    """Return a member of an enumeration by its name, or raise InputError."""
     try:
         return Constant(kind.value_of(name.key), kind, True)
     except ValueError:
@@ -109,14 +100,11 @@ def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
 
 
 def adapt(found: Constant, kind: Type, at: s.Position, where: Declared) -> Constant:
-    """Convert a constant to the type that its place requires.
+    """Convert a constant to the type that its place requires, or raise InputError.
 
     An untyped integer fits every integer and bit string type that holds it (BOOL for 0 and 1). An
     untyped real fits REAL and LREAL. A typed constant must widen to the type. Integers where a REAL
     is expected, and constants of another type, are noted as not portable.
-
-    Raises:
-        InputError: another type, or out of its range.
     """
     if found.typed or not isinstance(kind, ElementaryType):
         return _retyped(found, kind, at, where)
@@ -190,18 +178,9 @@ def constant(
     lookup: Lookup,
     detail: str = "",
 ) -> Constant:
-    """Return the value of an initial value or CASE label in the required type.
+    """Return the value of an initial value or CASE label in the required type, or raise InputError.
 
-    Args:
-        node: The expression.
-        kind: The type that its place requires.
-        types: Types of the project by upper-case name.
-        where: Its declaration, for messages.
-        lookup: Finds named constants.
-        detail: As for `evaluate`.
-
-    Raises:
-        InputError: not constant, or not of the type.
+    `lookup` finds named constants; `detail` is as for `evaluate`.
     """
     if isinstance(node, s.Name) and isinstance(kind, EnumType):
         if node.key in (one.upper() for one in kind.members):

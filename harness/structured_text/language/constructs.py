@@ -66,7 +66,7 @@ CONSTRUCTS = {
     "a function with VAR_OUTPUT or VAR_IN_OUT": "use a block",
     "a block in a function": "use a block",
     "a block in another section than VAR": "declare it in VAR",
-    "a FOR counter that is no plain variable": "use a variable of its own",
+    "a FOR counter that is not a plain variable": "use a variable of its own",
     "a number as an enumeration": "use a member",
     "an enumeration as a number": "use CASE",
     "inputs of a function left out": "give every input",
@@ -101,7 +101,7 @@ CONSTRUCTS = {
     "a member of a call's result": "assign the result to a variable first",
     "a CASE of bit strings": "convert to an integer first",
     "a written VAR_INPUT": "copy it to a variable of its own",
-    "a variable of a block that is no pin": "make it a VAR_OUTPUT",
+    "a variable of a block that is not a pin": "make it a VAR_OUTPUT",
     "a written output of a block": "write it inside the block",
     "pins as VAR_IN_OUT": "copy them to a variable first",
     "an implicit conversion": "call the conversion",
@@ -117,7 +117,7 @@ CONSTRUCTS = {
     "another name of a pin": "use the name of the second edition",
 }
 
-#: What to write instead if a detail of a construct needs other advice.
+#: Advice on the construct to write instead, if a detail of a construct needs other advice.
 _DETAILS = {
     "a constant instead of a literal (a member of an enumeration)": (
         "declare what it is compared with, or assigned to, as that enumeration"
@@ -159,7 +159,7 @@ TRANSLATED = frozenset(
         "several targets of an assignment",
         "a CASE of bit strings",
         "a written VAR_INPUT",
-        "a variable of a block that is no pin",
+        "a variable of a block that is not a pin",
         # `prove` itself refuses the types, conversions and functions that it does not support.
         "a type of the third edition",
         "a standard function beyond the second edition",
@@ -198,10 +198,7 @@ class Use:
 def refuse(uses: Iterable[Use], tool: str, carried: Collection[str] = ()) -> None:
     """Raise an error if a program has constructs that a tool does not support.
 
-    Args:
-        uses: The constructs of the program.
-        tool: Name of the tool, for the message.
-        carried: Names of the constructs that the tool supports.
+    `carried` are the names of the supported constructs.
 
     Raises:
         InputError: the program has an unsupported construct; the first is named.

@@ -62,9 +62,7 @@ _JOINT = "__"
 class Declarations(Types):
     """The resolved declarations of a project.
 
-    Args:
-        registry: All names.
-        report: Receives each error. The declaration with the error is then incomplete.
+    A declaration with a reported error is incomplete.
     """
 
     def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
@@ -374,7 +372,7 @@ class Declarations(Types):
         parts = _ADDRESS.fullmatch(text)
         if parts is None:
             raise where.error(
-                f"{text} is no address", node.address.at, "write it as %IX0.0, %QW3 or %MD10"
+                f"{text} is not an address", node.address.at, "write it as %IX0.0, %QW3 or %MD10"
             )
         if section.kind not in ("VAR", "VAR_GLOBAL") or pou in ("FUNCTION", "FUNCTION_BLOCK"):
             raise where.error(

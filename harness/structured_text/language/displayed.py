@@ -37,8 +37,8 @@ __all__ = [
     "members",
     "parts",
     "typed",
+    "value_text",
 ]
-__all__ += ["value_text"]
 
 #: An array with more elements is shown as a single value, because so many lanes are unreadable.
 LONGEST = 64
@@ -117,9 +117,6 @@ def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Pa
 
 class Changed:
     """The values of watched variables, compared from scan to scan.
-
-    Args:
-        watched: The types of the variables by path.
 
     Raises:
         InputError: they have too many parts.
@@ -241,8 +238,7 @@ def _whole_number(given: Any) -> int:
 def typed(description: Any, level: int = 0) -> Type:
     """Return the type of a description by `described`; blocks become structures.
 
-    Raises:
-        KeyError, TypeError, ValueError: it is not the description of a type.
+    Raise KeyError, TypeError, ValueError if it is not the description of a type.
     """
     if level > MOST_LEVELS:
         raise ValueError("too many levels")

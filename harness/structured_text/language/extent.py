@@ -19,7 +19,7 @@ from structured_text.output.limits import MOST_BLOCKS, MOST_ELEMENTS, MOST_NESTE
 
 __all__ = ["Extents"]
 
-#: So many characters of a STRING count as one more element.
+#: The number of characters of a STRING that count as one more element.
 _CHARACTERS = 8
 _SHOWN = 60
 _HINT = "make arrays smaller, or declare fewer of them"
@@ -54,11 +54,7 @@ class Extents:
     def check(self, kind: Type, name: str, where: Declared, at: Position) -> None:
         """Raise InputError if a variable of a type is larger than a program may be.
 
-        Args:
-            kind: The type; its parts have been checked.
-            name: Name of the type in the message.
-            where: The declaration with the type.
-            at: Its position in the declaration.
+        The parts of the type have been checked.
         """
         parts = kind.variables if isinstance(kind, BlockType) else ()
         if any(id(part.type) in self._refused for part in parts):
@@ -73,13 +69,7 @@ class Extents:
         self._refused[id(block)] = block
 
     def check_all(self, blocks: Iterable[Type], symbols: Iterable[Symbol], where: Declared) -> None:
-        """Raise InputError if all variables of a program are too many together.
-
-        Args:
-            blocks: The types of its program instances.
-            symbols: Its global variables, and those of functions and methods.
-            where: The declaration that the message names.
-        """
+        """Raise InputError if all variables of a program are too many together."""
         stored = (one.type for one in symbols if one.section not in _ELSEWHERE)
         _check(self._whole([*blocks, *stored]), "the program", where, where.node.at)
 

@@ -18,11 +18,7 @@ __all__ = ["Fitting"]
 
 
 class Fitting:
-    """The implicit conversions in the expressions of one POU.
-
-    Args:
-        expressions: The checker of the expressions.
-    """
+    """The implicit conversions in the expressions of one POU."""
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions
@@ -31,8 +27,7 @@ class Fitting:
     def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
         """Return an expression in the required type, converted if its type widens to it.
 
-        Raises:
-            InputError: the type does not widen to the required type.
+        Raise InputError if the type does not widen to the required type.
         """
         have = found.type
         hint = ""

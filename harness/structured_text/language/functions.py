@@ -16,7 +16,8 @@ from structured_text.language.calls import function_arguments, standard_argument
 from structured_text.language.checking import Checking
 from structured_text.language.methods import NOTHING
 from structured_text.language.references import PLACES
-from structured_text.language.resolve import ConsequenceError, fills
+from structured_text.language.registry import ConsequenceError
+from structured_text.language.resolve import fills
 from structured_text.language.scalars import (
     ANY_BIT,
     ANY_INT,
@@ -46,7 +47,7 @@ from structured_text.language.types import ArrayType, ElementaryType, EnumType, 
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF, joined, number_of, widens
 
-__all__ = ["NOTHING", "Functions", "group", "same_text"]
+__all__ = ["Functions", "group", "same_text"]
 
 #: Standard functions that mean an operator, the functions of durations included.
 _OPERATORS = {
@@ -80,7 +81,7 @@ _OF_VARIABLES = ("SIZEOF", "LOWER_BOUND", "UPPER_BOUND")
 
 
 class Functions:
-    """The function calls in the expressions of one POU; `expressions` uses it."""
+    """The function calls in the expressions of one POU; `expression_checker` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._expressions = expressions
@@ -143,11 +144,7 @@ class Functions:
     # --- calls ---
 
     def call(self, node: s.Call, want: Type | None) -> t.Expression:
-        """Type a call.
-
-        Raises:
-            InputError: no such function, or arguments that do not fit.
-        """
+        """Type a call, or raise InputError."""
         key, name, at = node.function.key, node.function.text, node.at
         pou = self._scope.declarations.pous.get(key)
         if pou is not None and pou.kind == "FUNCTION":
@@ -224,11 +221,7 @@ class Functions:
         return t.CallFunction(pou.name.upper(), arguments, kind, in_outs, outputs)
 
     def _passed(self, argument: s.Argument, pin: t.Symbol, pou: str) -> t.Variable:
-        """Return the variable that a function writes.
-
-        Raises:
-            InputError: the argument is not a variable, or has another type.
-        """
+        """Return the variable that a function writes, or raise InputError."""
         value, kind = argument.value, pin.type
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)

@@ -64,10 +64,6 @@ class Inheritance:
 
     Attributes:
         objects: The resolved blocks, interfaces and methods.
-
-    Args:
-        declarations: The types and POUs.
-        report: Receives each error.
     """
 
     def __init__(self, declarations: _Declarations, report: Callable[[InputError], None]) -> None:
@@ -80,11 +76,7 @@ class Inheritance:
     # --- declarations ---
 
     def base_symbols(self, node: s.Pou, where: Declared) -> dict[str, Symbol]:
-        """Return the variables that a block inherits, by upper-case name.
-
-        Raises:
-            InputError: its base is not a block that can be extended.
-        """
+        """Return the variables that a block inherits, by upper-case name, or raise InputError."""
         if node.extends is None:
             return {}
         if TWO_BASES in node.words:
@@ -94,7 +86,7 @@ class Inheritance:
         if base is None or base.kind != "FUNCTION_BLOCK":
             hint = "name its file too, or look at the spelling"
             known = self._declarations.is_known(key)
-            message = f"{node.extends.text} is no function block of these sources"
+            message = f"{node.extends.text} is not a function block of these sources"
             raise where.error(message, node.extends.at, "" if known else hint)
         if "FINAL" in base.words:
             raise where.error(f"{base.name} is FINAL", node.extends.at)

@@ -215,10 +215,7 @@ class Notes:
 def tokens(text: str, file: Path, notes: Notes | None = None) -> Iterator[Token]:
     """Split a source into tokens.
 
-    Args:
-        text: The whole source.
-        file: Its file, for messages.
-        notes: Receives constructs, pragmas and errors. Without it the first error is raised.
+    `notes` receives constructs, pragmas and errors; without it the first error is raised.
 
     Yields:
         Tokens of lark with line and column. An identifier that begins a CASE label is a

@@ -26,7 +26,6 @@ class Names:
         about: Description in one line.
         licence: Its SPDX identifier.
         copyright: Year and owner, for the licence.
-        owner: The owner of the library.
     """
 
     prefix: str = ""
@@ -44,8 +43,7 @@ class Names:
     def load(cls, file: Path) -> Names:
         """Read a file.
 
-        Raises:
-            InputError: it cannot be read, has an unknown key, or a value is not a text.
+        Raise InputError if it cannot be read, has an unknown key, or a value is not a text.
         """
         table = load_toml(file)
         known = [one.name for one in fields(cls)]

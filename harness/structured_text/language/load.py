@@ -24,9 +24,8 @@ from structured_text.language.compiling import deeply, uncollected
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
-from structured_text.language.project import Project, Run, Task, Unit, runnable
-from structured_text.language.registry import Declared, Registry
-from structured_text.language.resolve import ConsequenceError
+from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
+from structured_text.language.registry import ConsequenceError, Declared, Registry
 from structured_text.language.scalars import TIME
 from structured_text.language.source import source_text
 from structured_text.language.tree import Pou
@@ -34,8 +33,17 @@ from structured_text.language.types import BlockType, Variable
 from structured_text.language.walk import parts
 from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
 
-__all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "read_file"]
-__all__ += ["too_deep"]
+__all__ = [
+    "Read",
+    "Schedule",
+    "analyse",
+    "check",
+    "checked",
+    "configure",
+    "load",
+    "read_file",
+    "too_deep",
+]
 
 #: A function that parses one source.
 Read = Callable[[Path], s.Source]
@@ -51,7 +59,7 @@ class Schedule:
     instances: dict[str, BlockType]
     tasks: tuple[Task, ...]
     tick_us: int | None
-    runs: tuple[Run, ...]
+    runs: tuple[ScheduledInstance, ...]
 
 
 def configure(registry: Registry, declarations: Declarations) -> Schedule:
@@ -68,7 +76,9 @@ def configure(registry: Registry, declarations: Declarations) -> Schedule:
         programs = _uncalled(registry, declarations)
         blocks = [pou.block for pou in programs if pou.block is not None]
         instances = dict(zip(("Main",), blocks, strict=False))
-        return Schedule(instances, (), None, tuple(Run(name, 1) for name in instances))
+        return Schedule(
+            instances, (), None, tuple(ScheduledInstance(name, 1) for name in instances)
+        )
     return _configured(declared, registry, declarations)
 
 
@@ -125,14 +135,16 @@ def _configured(declared: Declared, registry: Registry, declarations: Declaratio
     )
     tick = math.gcd(*(task.interval_us for task in tasks)) if tasks else None
     runs = [
-        Run(instance, task.interval_us // (tick or 1))
+        ScheduledInstance(instance, task.interval_us // (tick or 1))
         for task in sorted(tasks, key=lambda task: task.priority)
         for instance in task.instances
     ]
-    return Schedule(instances, tasks, tick, (*runs, *(Run(name, 1) for name in free)))
+    return Schedule(instances, tasks, tick, (*runs, *(ScheduledInstance(name, 1) for name in free)))
 
 
-def _settings(task: s.Task, declared: Declared, declarations: Declarations) -> tuple[int, int]:
+def _settings(
+    task: s.TaskDeclaration, declared: Declared, declarations: Declarations
+) -> tuple[int, int]:
     interval, priority = 0, _LOWEST
     for name, value in task.settings:
         if name.key == "INTERVAL":
@@ -188,9 +200,7 @@ def _instance(
 def load(paths: Sequence[Path], read: Read | None = None) -> Project:
     """Parse and check Structured Text sources.
 
-    Args:
-        paths: The files, in any order; a file given twice counts once.
-        read: The parser of a file; `read_file` if None.
+    A file that is given twice counts once. `read` replaces `read_file` as the parser.
 
     Returns:
         The checked project.
@@ -202,15 +212,7 @@ def load(paths: Sequence[Path], read: Read | None = None) -> Project:
 
 
 def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
-    """Parse and check sources that may also be a library without a PROGRAM.
-
-    Args:
-        paths: The files.
-        read: The parser of a file; `read_file` if None.
-
-    Raises:
-        InputError: the first mistake.
-    """
+    """Parse and check sources that may also be a library without a PROGRAM, or raise InputError."""
     project, errors = analyse(paths, read)
     if errors:
         raise errors[0]
@@ -239,11 +241,7 @@ def analyse(
 
 
 def read_file(path: Path) -> s.Source:
-    """Parse a file as far as it can be read, and collect its errors.
-
-    Raises:
-        InputError: the file cannot be read, or is not UTF-8.
-    """
+    """Parse a file as far as it can be read, and collect its errors, or raise InputError."""
     return read_text(source_text(path), path)
 
 

@@ -6,7 +6,8 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.checking import Checking
 from structured_text.language.references import PLACES, place_of
-from structured_text.language.resolve import ConsequenceError, fills
+from structured_text.language.registry import ConsequenceError
+from structured_text.language.resolve import fills
 from structured_text.language.types import BlockType, ElementaryType, InterfaceType, Type
 from structured_text.language.values import describe
 from structured_text.language.widening import widens
@@ -21,11 +22,7 @@ _DIRECT = (*_SECTIONS, "VAR")
 
 
 class Methods:
-    """The calls of methods in one POU; `expressions` uses it.
-
-    Args:
-        expressions: The checker of the other expressions of the POU.
-    """
+    """The calls of methods in one POU; `expression_checker` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions
@@ -39,8 +36,7 @@ class Methods:
     def this(self, at: s.Position, *, above: bool = False) -> t.This:
         """Type `THIS^`; with `above` type `SUPER^`, the same instance as its base block.
 
-        Raises:
-            InputError: there is no instance, or the block has no base.
+        Raise InputError if there is no instance, or the block has no base.
         """
         pou = self._scope.block
         if pou is None or pou.block is None:
@@ -217,9 +213,7 @@ class Methods:
     ) -> t.CallMethod | None:
         """Type a call of a method; None if it calls something else.
 
-        Args:
-            node: The call.
-            value: Whether its result is used.
+        `value` says whether its result is used.
 
         Raises:
             InputError: a method that cannot be called here, or arguments that do not fit.

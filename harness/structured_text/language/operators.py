@@ -37,7 +37,7 @@ LOGIC = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE")
 
 
 class Operators:
-    """The operators in the expressions of one POU; `expressions` uses it."""
+    """The operators in the expressions of one POU; `expression_checker` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._expressions = expressions
@@ -71,10 +71,8 @@ class Operators:
     def _check_common(self, one: Type, other: Type, at: s.Position) -> None:
         """Refuse a pair of integer types without a common type.
 
-        These are ULINT and a signed type: neither holds the other.
-
-        Raises:
-            InputError: there is no common type.
+        These are ULINT and a signed type: neither holds the other. Raise InputError if there is no
+        common type.
         """
         a, b = group(one), group(other)
         if a in INT_RANGE and b in INT_RANGE and not common(a, b):
@@ -127,11 +125,7 @@ class Operators:
         return left or right
 
     def unary(self, node: s.Unary, want: Type | None) -> t.Expression:
-        """Type `-x` or `NOT x`.
-
-        Raises:
-            InputError: it is not defined for the operand.
-        """
+        """Type `-x` or `NOT x`, or raise InputError."""
         kind = (
             self._expressions.infer(node.operand)
             or want

@@ -357,7 +357,7 @@ class _Builder(Statements):
         at = names[0].at
         bound = isinstance(_is, Token) and _is.upper() == "REF="
         if isinstance(_is, Token) and _is.type == "LATCH" and not bound:
-            text, place = f"{_is} is no initial value", position_of(_is)
+            text, place = f"{_is} is not an initial value", position_of(_is)
             error = InputError(text, file=self.file, line=place.line, column=place.column)
             self.errors.append(error)
         plain = self._plain(spec)
@@ -371,7 +371,7 @@ class _Builder(Statements):
         return s.Configuration(
             name_of(name),
             nodes_of(items, s.Section),
-            nodes_of(items, s.Task),
+            nodes_of(items, s.TaskDeclaration),
             nodes_of(items, s.ProgramInstance),
             len(resources),
             position_of(word),
@@ -380,8 +380,8 @@ class _Builder(Statements):
     def resource(self, _word: Token, *rest: Any) -> list[Any]:
         return [item for item in rest if not isinstance(item, Token)]
 
-    def task(self, _word: Token, name: Token, *rest: Any) -> s.Task:
-        return s.Task(name_of(name), nodes_of(rest, tuple), position_of(name))
+    def task(self, _word: Token, name: Token, *rest: Any) -> s.TaskDeclaration:
+        return s.TaskDeclaration(name_of(name), nodes_of(rest, tuple), position_of(name))
 
     def task_setting(
         self, name: Token, _is: Token, value: s.Expression
@@ -447,20 +447,12 @@ def _parser() -> tuple[Lark, _Builder]:
 
 
 def parse(file: Path) -> s.Source:
-    """Read and parse a file.
-
-    Raises:
-        InputError: the file cannot be read, is not UTF-8, or has a syntax error.
-    """
+    """Read and parse a file, or raise InputError."""
     return parse_text(source_text(file), file)
 
 
 def parse_text(text: str, file: Path) -> s.Source:
-    """Parse a source.
-
-    Raises:
-        InputError: the first syntax error.
-    """
+    """Parse a source, or raise InputError."""
     return _whole(read_text(text, file))
 
 

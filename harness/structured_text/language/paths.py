@@ -27,7 +27,6 @@ class Resolved:
         root: Name of the program instance, or of the global variable.
         is_global: Whether `root` is a global variable.
         steps: The steps from the root to the variable.
-        type: Type of the variable.
         address: Direct address of the variable, or of the located variable that contains it.
         inside: The steps from the located variable to this one.
     """
@@ -49,11 +48,8 @@ def resolve(project: Project, path: str) -> Resolved:
 
     Names are compared without case. If the project has exactly one program instance, `Main` and the
     name of the program are accepted for it. The path of a global variable is its name, with or
-    without the name of its list. A VAR_EXTERNAL leads to its global variable.
-
-    Args:
-        project: The project with the variable.
-        path: A program instance or global variable, then `.member` and `[index, index]`.
+    without the name of its list. A VAR_EXTERNAL leads to its global variable. A path begins with a
+    program instance or a global variable; `.member` and `[index, index]` follow.
 
     Raises:
         InputError: no such variable (the message suggests similar names), an index out of range, or
@@ -87,7 +83,8 @@ def _split(path: str) -> list[str | tuple[int, ...]]:
         end = part.end()
     if end != len(path) or not parts or not isinstance(parts[0], str):
         raise InputError(
-            f"{path!r} is no path of a variable", hint="write it as Main.Robot.Status or Main.A[3]"
+            f"{path!r} is not a path of a variable",
+            hint="write it as Main.Robot.Status or Main.A[3]",
         )
     return parts
 

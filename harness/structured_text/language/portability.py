@@ -160,9 +160,7 @@ def _lint(
 def unportable(uses: Sequence[Use], library: Collection[Path] = ()) -> list[LintFinding]:
     """Return findings for the constructs beyond the portable subset.
 
-    Args:
-        uses: The constructs (`Project.uses`).
-        library: Files of the library: there each construct is a violation.
+    In files of `library` each construct is a violation.
 
     Returns:
         For the library every construct. For other files one warning per construct, at its first
@@ -337,7 +335,7 @@ def _label(label: s.Expression | s.Range, members: set[str]) -> _Found:
             if plain.kind != "INTEGER" or "#" in plain.text:
                 yield part.at, f"the label {plain.text}: use decimal numbers or bare members"
         elif isinstance(plain, s.Name) and plain.key not in members:
-            yield part.at, f"the label {plain.text} is no member of an enumeration"
+            yield part.at, f"the label {plain.text} is not a member of an enumeration"
 
 
 _DURATION = re.compile(r"\d+(?:d|h|m|s|ms)", re.IGNORECASE)

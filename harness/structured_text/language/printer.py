@@ -30,10 +30,8 @@ _BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
 def expression_text(node: s.Expression | t.Expression, within: int = 0) -> str:
     """Return a parsed or checked expression as Structured Text.
 
-    Args:
-        node: The expression.
-        within: Precedence of the operator that the expression is an operand of. If it is higher
-            than that of the expression, the expression gets parentheses.
+    The text gets parentheses if it is an operand of an operator whose precedence `within` is
+    higher.
     """
     if isinstance(node, (s.Binary, t.Binary)):
         strength = _STRENGTH[node.op]

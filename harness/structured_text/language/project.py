@@ -12,7 +12,7 @@ from structured_text.language.objects import Objects
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import BlockType, Located, Type, Variable
 
-__all__ = ["Project", "Run", "Task", "Unit", "runnable"]
+__all__ = ["Project", "ScheduledInstance", "Task", "Unit", "runnable"]
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Run:
+class ScheduledInstance:
     """A program instance that runs in every `every`-th scan, starting with the first."""
 
     instance: str
@@ -90,7 +90,7 @@ class Project:
     located: tuple[Located, ...]
     tasks: tuple[Task, ...]
     tick_us: int | None
-    schedule: tuple[Run, ...]
+    schedule: tuple[ScheduledInstance, ...]
     objects: Objects
     views: bool
     key: str = ""
@@ -100,8 +100,7 @@ class Project:
 def runnable(project: Project) -> Project:
     """Return the project if it has a program to run.
 
-    Raises:
-        InputError: the project is a library.
+    Raise InputError if the project is a library.
     """
     if not project.instances:
         raise InputError(

@@ -63,11 +63,6 @@ _POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
 def read_tokens(lark: Lark, found: list[Token], file: Path) -> tuple[list[Any], list[InputError]]:
     """Parse tokens.
 
-    Args:
-        lark: The parser, with a transformer that makes syntax nodes.
-        found: The tokens of a file.
-        file: The file, for messages.
-
     Returns:
         The declarations, as far as they could be read, and every mistake.
     """
@@ -210,7 +205,7 @@ class _Run:
 
     def _too_many(self, at: int) -> InputError:
         token = self._found[at] if at < len(self._found) else self._end
-        text = f"{MOST_MISTAKES} mistakes in this file up to here; what follows was not read"
+        text = f"{MOST_MISTAKES} mistakes in this file up to here; the rest was not read"
         return self._error(text, token, "is this Structured Text?")
 
     def _mistake(self, error: UnexpectedToken, at: int) -> InputError:

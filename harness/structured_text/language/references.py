@@ -5,7 +5,8 @@ from __future__ import annotations
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.checking import Checking
-from structured_text.language.resolve import ConsequenceError, is_null
+from structured_text.language.registry import ConsequenceError
+from structured_text.language.resolve import is_null
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, string_length
 from structured_text.language.sizes import size_of
 from structured_text.language.types import (
@@ -36,11 +37,7 @@ _REFUSED = {
 
 
 class References:
-    """The pointers and references of one POU; `expressions` uses it.
-
-    Args:
-        expressions: The checker of the other expressions of the POU.
-    """
+    """The pointers and references of one POU; `expression_checker` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions
@@ -54,11 +51,7 @@ class References:
         return found
 
     def deref(self, node: s.Dereference) -> t.Deref:
-        """Type `pointer^`.
-
-        Raises:
-            InputError: the variable is not a pointer.
-        """
+        """Type `pointer^`, or raise InputError."""
         base = self._all.base(node.base)
         kind = base.type
         if not isinstance(kind, ReferenceType):
@@ -89,8 +82,7 @@ class References:
     def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
         """Type an expression at a place that requires a pointer, reference or interface.
 
-        Raises:
-            InputError: it has another type, or leads to another type.
+        Raise InputError if it has another type, or leads to another type.
         """
         if is_null(node):
             return t.Null(want)
@@ -177,8 +169,7 @@ class References:
     def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
         """Return the characters of a text as an array of BYTE or WORD, from index 0.
 
-        Raises:
-            InputError: the text is not a variable but the result of a call.
+        Raise InputError if the text is not a variable but the result of a call.
         """
         kind = base.type
         assert isinstance(kind, ElementaryType)
@@ -196,8 +187,7 @@ class References:
     def is_known(self, node: s.Call) -> bool:
         """Return whether the call is one of `FUNCTIONS`.
 
-        Raises:
-            InputError: the function is not supported.
+        Raise InputError if the function is not supported.
         """
         key = node.function.key
         if key in _REFUSED and key not in self._scope.declarations.pous:
@@ -294,7 +284,9 @@ class References:
             raise self._scope.error(text, right.at)
         offset = self._all.check(right, number)
         if isinstance(offset, t.Constant) and int(offset.value) % size:
-            text = f"{offset.value} bytes are no whole number of {kind.name.partition(' TO ')[2]}"
+            text = (
+                f"{offset.value} bytes are not a whole number of {kind.name.partition(' TO ')[2]}"
+            )
             hint = f"write a multiple of SIZEOF, {size} here"
             raise self._scope.error(text, right.at, hint)
         return t.Offset(base, offset, size, 1 if op == "+" else -1, kind)
@@ -303,8 +295,7 @@ class References:
 def _target(kind: ReferenceType) -> Type:
     """Return the type that a pointer leads to.
 
-    Raises:
-        InputError: its declaration has an error, which has been reported.
+    Raise InputError if its declaration has an error, which has been reported.
     """
     if kind.target is None:
         raise ConsequenceError("what a pointer leads to has an error")

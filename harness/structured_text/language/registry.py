@@ -55,9 +55,7 @@ class Declared:
 class Registry:
     """The types and POUs of all sources by upper-case name, and the rules for names.
 
-    Args:
-        sources: The parsed files.
-        report: Receives each error. The registry continues after it.
+    The registry continues after a reported error.
     """
 
     def __init__(self, sources: Iterable[s.Source], report: Callable[[InputError], None]) -> None:

@@ -45,15 +45,13 @@ from structured_text.language.types import (
 from structured_text.language.values import array_length, describe
 from structured_text.output.limits import MOST_LEVELS
 
-__all__ = ["ConsequenceError", "Types", "default_scalar", "is_null"]
+__all__ = ["Types", "default_scalar", "fills", "is_null"]
 
 
 class Types:
     """The types of a project, each resolved on its first use.
 
-    Args:
-        registry: All names.
-        report: Receives each error. The declaration with the error is then incomplete.
+    A declaration with a reported error is incomplete.
 
     Attributes:
         types: Structures, arrays, enumerations and aliases by upper-case name.
@@ -183,7 +181,7 @@ class Types:
         if base is not None:
             known = self.type_named(last_name(base))
             if not isinstance(known, StructType):
-                raise where.error(f"{base.text} is no structure of these sources", base.at)
+                raise where.error(f"{base.text} is not a structure of these sources", base.at)
             fields += known.fields
             seen.update(field.upper() for field, _ in fields)
             values.update(self.initial[last_name(base)])
@@ -240,15 +238,9 @@ class Types:
         return kind, [initial] * array_length(kind)
 
     def resolve(self, spec: s.TypeSpec, where: Declared, owner: str = "") -> tuple[Type, Any]:
-        """Return the type of a specification, and its initial value.
+        """Return the type of a specification, and its initial value, or raise InputError.
 
-        Args:
-            spec: The specification.
-            where: The declaration with the specification.
-            owner: The name of the variable, used to name a type without a name.
-
-        Raises:
-            InputError: no such type, or one that is not supported.
+        A type without a name is named after `owner`, the variable.
         """
         if isinstance(spec, s.ArraySpec):
             return self._array("", spec, where)
@@ -454,19 +446,11 @@ class Types:
             self._under_way.discard(key)
 
     def constant(self, node: s.Init, kind: Type, where: Declared, detail: str = "") -> Constant:
-        """Return the value of a constant expression in the required type.
-
-        Raises:
-            InputError: not constant, or not of the type.
-        """
+        """Return the value of a constant expression in the required type, or raise InputError."""
         return constant(node, kind, self.types, where, self.lookup, detail)
 
     def integer(self, node: s.Expression, where: Declared) -> int:
-        """Return the value of a whole number, for bounds and lengths.
-
-        Raises:
-            InputError: anything else.
-        """
+        """Return the value of a whole number, for bounds and lengths, or raise InputError."""
         if isinstance(node, s.Literal) or (
             isinstance(node, s.Unary) and isinstance(node.operand, s.Literal)
         ):
@@ -543,7 +527,7 @@ class Types:
             return self._block_value(node, kind, where, default)
         if later is not None and not isinstance(kind, BlockType) and later.takes(node, kind):
             return default
-        raise where.error(f"this is no initial value for a {describe(kind)}", node.at)
+        raise where.error(f"this is not an initial value for a {describe(kind)}", node.at)
 
     def _plain_value(self, kind: Type) -> Any:
         """Return the initial value of a type."""

@@ -19,23 +19,17 @@ __all__ = [
     "ANY_NUM",
     "ANY_REAL",
     "ANY_STRING",
-    "BOOL",
     "CORE",
     "ELEMENTARY",
     "INT_RANGE",
     "LONGEST_STRING",
-    "LREAL",
     "MOMENTS",
     "NANOSECONDS_PER_DAY",
-    "REAL",
     "REAL_MAX",
     "SIGNED",
-    "STRING",
     "STRING_MAX",
-    "TIME",
     "UNSIGNED",
     "WIDTH",
-    "WSTRING",
     "LiteralError",
     "Scalar",
     "number",
@@ -145,8 +139,7 @@ class LiteralError(ValueError):
 def number(text: str) -> int | float:
     """Return the value of an integer or real literal: `12`, `16#FF_00`, `1.5E-3`, `-7`.
 
-    Raises:
-        LiteralError: a digit that the base does not have, another base, or a value too large.
+    Raise LiteralError if a digit that the base does not have, another base, or a value too large.
     """
     plain = text.replace("_", "")
     sign, plain = (-1, plain[1:]) if plain.startswith("-") else (1, plain.removeprefix("+"))
@@ -183,7 +176,7 @@ def string_literal(text: str) -> str:
         if len(code) == digits:
             return chr(int(code, 16))
         if code.upper() not in _ESCAPES:
-            raise LiteralError(f"${code} is no escape; write $$ for a dollar sign")
+            raise LiteralError(f"${code} is not an escape; write $$ for a dollar sign")
         return _ESCAPES[code.upper()]
 
     value = re.sub(rf"\$([0-9A-Fa-f]{{{digits}}}|.)", escape, text[1:-1])
@@ -223,7 +216,7 @@ def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
     if kind.name == "BOOL":
         values = {"TRUE": True, "FALSE": False, "1": True, "0": False}
         if rest.upper() not in values:
-            raise LiteralError(f"{text} is no BOOL; write TRUE or FALSE")
+            raise LiteralError(f"{text} is not a BOOL; write TRUE or FALSE")
         return kind, values[rest.upper()]
     if not re.match(r"[-+]?\d", rest):
         raise LiteralError(f"{text} is not a number")
@@ -265,7 +258,7 @@ def _time(text: str) -> int:
         if "." in part[1]:
             break
     if not plain or end != len(plain):
-        raise LiteralError(f"T#{text} is no duration; write it as T#1500ms or T#1h30m")
+        raise LiteralError(f"T#{text} is not a duration; write it as T#1500ms or T#1h30m")
     if total >= 1 << 63:
         raise LiteralError(f"T#{text} is too large; a TIME holds 106,751 days")
     return sign * int(total)
@@ -278,7 +271,7 @@ def _date(text: str) -> int:
             raise ValueError
         day = date(int(found[1]), int(found[2]), int(found[3]))
     except ValueError:
-        raise LiteralError(f"D#{text} is no date; write it as D#2024-12-31") from None
+        raise LiteralError(f"D#{text} is not a date; write it as D#2024-12-31") from None
     return (day - date(1970, 1, 1)).days * NANOSECONDS_PER_DAY
 
 
@@ -286,7 +279,7 @@ def _clock(text: str) -> int:
     found = _CLOCK.fullmatch(text.replace("_", ""))
     second = Fraction((found and found[3]) or 0)
     if found is None or int(found[1]) > 23 or int(found[2]) > 59 or second >= 60:
-        raise LiteralError(f"TOD#{text} is no time of day; write it as TOD#13:30:00")
+        raise LiteralError(f"TOD#{text} is not a time of day; write it as TOD#13:30:00")
     seconds = (int(found[1]) * 60 + int(found[2])) * 60 + second
     return int(seconds * 1_000_000_000)
 
@@ -303,7 +296,7 @@ def _characters(kind: ElementaryType, text: str) -> tuple[ElementaryType, str]:
     """
     wide = kind.name.startswith("W")
     if text[:1] not in ("'", '"'):
-        raise LiteralError(f"{kind.name}#{text} is no text; write {kind.name}#'a'")
+        raise LiteralError(f"{kind.name}#{text} is not a text; write {kind.name}#'a'")
     if not wide and text.startswith('"'):
         raise LiteralError(f"{kind.name}#{text} needs single quotes")
     value = string_literal(f'"{text[1:-1]}"' if wide else text)

@@ -85,11 +85,7 @@ class Extract(_AnyPath):
 
 
 def source_text(file: Path) -> str:
-    """Return the Structured Text of a source.
-
-    Raises:
-        InputError: the file cannot be read, or is not a text file.
-    """
+    """Return the Structured Text of a source, or raise InputError."""
     lines = getattr(file, "lines", None)
     if lines is not None:
         return "".join(f"{line.text}\n" for line in lines)
@@ -106,7 +102,7 @@ def source_text(file: Path) -> str:
             f"byte {error.start} is not UTF-8", file=file, line=line, hint=hint
         ) from None
     if "\0" in text:
-        raise InputError("the file is no text, or UTF-16", file=file, hint=hint)
+        raise InputError("the file is not a text file, or is in UTF-16", file=file, hint=hint)
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 

@@ -28,12 +28,7 @@ class Start:
 
 
 def starting(sections: Iterable[s.Section], scope: Scope) -> Iterator[s.Assign | s.Latch | Start]:
-    """Yield the initial values of a POU that are not constant, as statements.
-
-    Args:
-        sections: The declarations.
-        scope: The POU.
-    """
+    """Yield the initial values of a POU that are not constant, as statements."""
     for section in sections:
         if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
             continue
@@ -67,8 +62,7 @@ def _one(
 def start_call(node: Start, expressions: Checking) -> t.Evaluate:
     """Type the call of `INIT` with the arguments of a declaration.
 
-    Raises:
-        InputError: the block has no `INIT` with parameters, or the arguments do not fit.
+    Raise InputError if the block has no `INIT` with parameters, or the arguments do not fit.
     """
     scope = expressions.scope
     instance = expressions.variable(node.name)

@@ -10,9 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from structured_text.language import syntax as s
 from structured_text.language.later import Part
 from structured_text.language.scalars import Scalar
-from structured_text.language.syntax import Continue, Exit, Position, Return
+from structured_text.language.syntax import Position
 from structured_text.language.types import BlockType, ReferenceType, Type
 
 __all__ = [
@@ -25,10 +26,8 @@ __all__ = [
     "CallMethod",
     "Case",
     "Constant",
-    "Continue",
     "Deref",
     "Evaluate",
-    "Exit",
     "Expression",
     "For",
     "If",
@@ -39,7 +38,6 @@ __all__ = [
     "Pou",
     "Recast",
     "Repeat",
-    "Return",
     "Same",
     "Standard",
     "Statement",
@@ -381,9 +379,9 @@ Statement = (
     | For
     | While
     | Repeat
-    | Exit
-    | Return
-    | Continue
+    | s.Exit
+    | s.Return
+    | s.Continue
     | Evaluate
 )
 

@@ -44,11 +44,7 @@ class EnumType:
     base: str = "INT"
 
     def value_of(self, member: str) -> int:
-        """Return the value of a member; names are compared without case.
-
-        Raises:
-            ValueError: there is no such member.
-        """
+        """Return the value of a member, or raise ValueError; names are compared without case."""
         place = [one.upper() for one in self.members].index(member.upper())
         return self.values[place] if self.values else place
 

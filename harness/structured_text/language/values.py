@@ -61,7 +61,7 @@ def scalar_to_python(kind: Type, value: Scalar) -> Any:
         member = kind.member_of(int(value))
         return int(value) if member is None else member
     if not isinstance(kind, ElementaryType):
-        raise TypeError(f"{kind.name} is no scalar")
+        raise TypeError(f"{kind.name} is not a scalar")
     if kind.name == "BOOL":
         return bool(value)
     name = _short(kind)
@@ -101,10 +101,7 @@ def nest(kind: ArrayType, flat: Sequence[Any]) -> list[Any]:
 def from_python(kind: Type, value: Any, path: str) -> Any:
     """Check an external value and convert it to the form that engines hold.
 
-    Args:
-        kind: Type of the variable.
-        value: The value; for a structure a dict that may leave fields out.
-        path: The path of the variable, for messages.
+    A dict for a structure may leave fields out.
 
     Returns:
         A `Scalar`; for an array the flat list of its elements in row-major order; for a

@@ -14,16 +14,7 @@ from typing import Any, TypeVar
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 
-__all__ = [
-    "bodies",
-    "calls_of",
-    "nodes",
-    "parts",
-    "root_of",
-    "statements",
-    "targets",
-    "written",
-]
+__all__ = ["bodies", "calls_of", "nodes", "parts", "root_of", "statements", "targets", "written"]
 
 #: Types of fields that contain no code.
 _PLAIN = (
@@ -50,10 +41,8 @@ def parts(node: Any) -> Iterator[Any]:
 def nodes(root: Any, without: Container[type[Any]] = (), *, names: bool = False) -> Iterator[Any]:
     """Yield a node, or the nodes of a tuple, and all nodes inside, parents first.
 
-    Args:
-        root: The node.
-        without: Kinds of nodes to leave out, together with all nodes inside them.
-        names: Also yield names that are not variables.
+    Kinds in `without` are left out, with all nodes inside them. With `names`, also yield names that
+    are not variables.
     """
     waiting = [root]
     while waiting:

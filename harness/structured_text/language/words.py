@@ -47,11 +47,7 @@ class Context:
     def kind(self, word: str, previous: str, text: str, behind: int) -> str:
         """Return the token kind of a word, or an empty string if it is not such a keyword.
 
-        Args:
-            word: The word in upper case.
-            previous: Kind of the token before it.
-            text: The source.
-            behind: Offset in the text behind the word.
+        `previous` is the kind of the token before it, and `behind` the offset behind the word.
         """
         before, self._before = self._before, word
         if word in ACCESS_WORDS:

@@ -17,14 +17,14 @@ from structured_text.mutants.report import Judged
 from structured_text.output.progress import progress_bar
 from structured_text.output.results import Results
 
-__all__ = ["ENDLESS", "Judges", "Judging", "Outcome", "Task", "is_outcome"]
+__all__ = ["ENDLESS", "Judges", "Judging", "MutantTask", "Outcome", "is_outcome"]
 
 #: The `by` of a mutant that makes a run endless.
 ENDLESS = "a test does not end"
 
 
 @dataclass(frozen=True)
-class Task:
+class MutantTask:
     """A mutant and its tests; `seconds` is the time of the tests with the original."""
 
     mutant: Mutant
@@ -37,7 +37,7 @@ class Task:
 class Outcome:
     """The outcome of a mutant: killed by something, or survived; `seconds` is processor time."""
 
-    task: Task
+    task: MutantTask
     killed: bool
     by: str
     seconds: float
@@ -67,7 +67,6 @@ class Judging:
     """The verdict on mutants by saved outcomes, and by running their tests.
 
     Attributes:
-        results: The saved outcomes.
         until: Start no mutant after this time of the monotonic clock [s]; None: run all.
     """
 
@@ -78,22 +77,17 @@ class Judging:
     def of(
         self,
         title: str,
-        tasks: Sequence[Task],
+        tasks: Sequence[MutantTask],
         judges: Judges,
-        run: Callable[[Iterable[Task]], Iterator[Outcome]],
+        run: Callable[[Iterable[MutantTask]], Iterator[Outcome]],
     ) -> list[Judged]:
         """Return the verdicts on the mutants in their order, without those that were not run.
 
         A saved outcome is used if the tests have not changed since. All other mutants are run.
-
-        Args:
-            title: Title of the progress bar.
-            tasks: The mutants with their tests.
-            judges: The facts about the tests.
-            run: Runs mutants with their tests, and yields each outcome as soon as it is known.
+        `run` yields each outcome as soon as it is known.
         """
         judged: list[Judged] = []
-        waiting: list[Task] = []
+        waiting: list[MutantTask] = []
         for task in tasks:
             known = self.results.get(task.key)
             if known is None or not _holds(known, task, judges):
@@ -134,24 +128,24 @@ class Judging:
             }
         )
 
-    def _has_survived(self, task: Task) -> bool:
+    def _has_survived(self, task: MutantTask) -> bool:
         """Return whether it survived an earlier run; such mutants take long, so they run last."""
         known = self.results.get(task.key)
         return known is not None and not known["killed"]
 
-    def _in_time(self, tasks: Sequence[Task]) -> Iterator[Task]:
+    def _in_time(self, tasks: Sequence[MutantTask]) -> Iterator[MutantTask]:
         for task in tasks:
             if self.until is not None and time.monotonic() > self.until:
                 return
             yield task
 
 
-def _tests(by: str, task: Task, judges: Judges) -> str:
+def _tests(by: str, task: MutantTask, judges: Judges) -> str:
     """Return the state of the test that failed, or of all tests if none failed."""
     return judges.state_of(by.partition("::")[0]) if "::" in by else judges.state(task.tests)
 
 
-def _holds(known: Mapping[str, Any], task: Task, judges: Judges) -> bool:
+def _holds(known: Mapping[str, Any], task: MutantTask, judges: Judges) -> bool:
     """Return whether an outcome of an earlier run is still valid with the tests as they are now."""
     by = known["by"]
     if "::" in by and by not in task.tests:

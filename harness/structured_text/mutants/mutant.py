@@ -35,8 +35,6 @@ class Mutant:
 
     Attributes:
         file: Its path relative to the repository.
-        pou: Name of the POU.
-        operator: A name of `operators.OPERATORS`.
         line: The line of the first change.
         before: The original text of the changed lines.
         after: Their changed text; empty if they are removed.
@@ -74,10 +72,8 @@ class Counted:
 class Mutants:
     """The mutants of a library, or of a program.
 
-    Args:
-        root: The repository; paths of files are relative to it.
-        library: All ST files, with those of the library if a program needs it.
-        portable: If True, a change that is not portable Structured Text is not a mutant.
+    Paths of files are relative to `root`. With `portable`, a change that is not portable Structured
+    Text is not a mutant.
 
     Raises:
         InputError: a mistake in the sources.
@@ -168,14 +164,7 @@ class Mutants:
 
 
 class _Checker:
-    """The check and compilation of the one statement of a body that a change is in.
-
-    Args:
-        checked: The library.
-        name: Upper-case name of the POU.
-        body: The POU.
-        parsing: A function that returns the syntax of a changed statement.
-    """
+    """The check and compilation of the one statement of a body that a change is in."""
 
     def __init__(
         self, checked: Checked, name: str, body: Body, parsing: Callable[[str, Path], s.Source]
@@ -191,10 +180,8 @@ class _Checker:
     def changed(self, edits: tuple[Edit, ...]) -> tuple[str, tuple[s.Statement, ...]]:
         """Return the Python code of the changed statement, and the body with it.
 
-        The code is empty if it equals that of the original.
-
-        Raises:
-            InputError: the statement is not correct.
+        The code is empty if it equals that of the original. Raise InputError if the statement is
+        not correct.
         """
         start = min(edit.span.start for edit in edits)
         index = max(k for k, span in enumerate(self._spans) if span.start <= start)
@@ -221,11 +208,7 @@ class _Checker:
 
 
 class _Reach:
-    """A search for the statement that contains a change.
-
-    Args:
-        body: The POU.
-    """
+    """A search for the statement that contains a change."""
 
     def __init__(self, body: Body) -> None:
         self._found: list[tuple[Span, int]] = [

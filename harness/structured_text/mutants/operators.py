@@ -368,10 +368,7 @@ def constants(
 ) -> Iterator[tuple[str, Span, str]]:
     """Yield other values of a literal or a member of an enumeration.
 
-    Args:
-        place: Its place.
-        body: The POU.
-        kind: Its type, if the place determines it.
+    `kind` is given if the place determines the type.
 
     Yields:
         The operator, the replaced span, and the new text.

@@ -1,24 +1,20 @@
-"""The report on mutants: figures, a table, and the survivors with their reasons."""
+"""The report on mutants: figures, and the survivors with their reasons."""
 
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
-
 from structured_text.errors import InputError
 from structured_text.mutants.mutant import Mutant
 from structured_text.output.files import replace_files
 from structured_text.output.toml_files import line_of, load_toml
 
-__all__ = ["Judged", "Reasons", "figures", "print_report", "write_rows"]
+__all__ = ["Judged", "Reasons", "figures", "write_rows"]
 
 
 @dataclass(frozen=True)
@@ -97,11 +93,8 @@ def figures(
 ) -> dict[str, Any]:
     """Return the figures of a run.
 
-    Args:
-        judged: All mutants with their verdicts.
-        reasons: The reasons for survivors.
-        folder: A function that returns the group of a file.
-        whole: Names of the POUs whose mutants are complete, not a sample.
+    `folder` returns the group of a file. In the POUs of `whole` all mutants were made, not a
+    sample.
     """
     survivors = [one.mutant for one in judged if not one.killed]
     rows = [
@@ -138,38 +131,6 @@ def _grouped(judged: Sequence[Judged], key: Any) -> dict[str, dict[str, Any]]:
     for one in judged:
         groups.setdefault(key(one), []).append(one)
     return {name: _score(groups[name]) for name in sorted(groups)}
-
-
-def print_report(
-    console: Console, found: Mapping[str, Any], *, show: int, kind: str, table_of: str
-) -> None:
-    """Print the figures of a kind, and at most `show` survivors without a reason."""
-    for title in ("score_by_folder", "score_by_operator"):
-        table = Table(title=f"{kind}: {title.replace('_', ' ')}")
-        for column in ("", "mutants", "killed", "score"):
-            table.add_column(column, justify="left" if not column else "right")
-        for name, row in found[title].items():
-            score = f"{row['score']:.1f} %"
-            table.add_row(name, str(row["mutants"]), str(row["killed"]), score)
-        console.print(table)
-    unexplained = [row for row in found["survivors"] if not row["reason"]]
-    for row in unexplained[:show]:
-        console.print(f"{row['file']}:{row['line']}: {row['operator']}", highlight=False)
-        console.print(f"  - {row['before']}\n  + {row['after']}", highlight=False, markup=False)
-    if len(unexplained) > show:
-        console.print(f"... and {len(unexplained) - show} more survivors without a reason")
-    blocks = Counter(row["block"] for row in unexplained)
-    if blocks:
-        most = ", ".join(f"{name} {count}" for name, count in blocks.most_common(12))
-        console.print(f"without a reason by block: {most}", highlight=False)
-    for row in found["rows_without_a_survivor"]:
-        console.print(f"{table_of}: a test finds it now: {row}", markup=False)
-    for row in found["rows_without_a_mutant"]:
-        console.print(f"{table_of}: there is no such mutant now: {row}", markup=False)
-    console.print(
-        f"{kind}: {found['killed']} of {found['mutants']} mutants killed: {found['score']:.2f} %"
-        f" ({found['survivors_with_a_reason']} survivors with a reason)"
-    )
 
 
 def write_rows(file: Path, survivors: Sequence[Mapping[str, Any]]) -> None:

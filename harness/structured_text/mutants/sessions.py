@@ -19,13 +19,13 @@ from subprocess import STDOUT, TimeoutExpired
 from tempfile import TemporaryDirectory, mkdtemp
 
 from structured_text.errors import InputError
-from structured_text.mutants.judging import ENDLESS, Outcome, Task
+from structured_text.mutants.judging import ENDLESS, MutantTask, Outcome
 from structured_text.mutants.order import VARIABLE, Order
 from structured_text.output.paths import real
-from structured_text.output.programs import Program
+from structured_text.output.programs import Program, environment
 from structured_text.output.system import COPIES
 
-__all__ = ["Judge", "Run"]
+__all__ = ["Judge", "PytestCommand", "outcome"]
 
 _PYTEST = ("pytest", "py.test")
 #: Time limit of a run: this multiple of the time of its tests, plus this many seconds. Few runs
@@ -36,7 +36,7 @@ _LOOK_S = 0.2
 
 
 @dataclass(frozen=True)
-class Run:
+class PytestCommand:
     """The user's test command in his folder.
 
     Attributes:
@@ -48,7 +48,7 @@ class Run:
     folder: Path
 
     @classmethod
-    def of(cls, words: Sequence[str], folder: Path) -> Run:
+    def of(cls, words: Sequence[str], folder: Path) -> PytestCommand:
         """Return the run of the words that the user types; `pytest` means that of this Python."""
         first, *rest = words
         command = [sys.executable, "-m", "pytest"] if first in _PYTEST else [first]
@@ -57,8 +57,7 @@ class Run:
     def started(self, order: Order) -> Program:
         """Start it with an order; its output goes to a file in the order's folder.
 
-        Raises:
-            InputError: the command does not exist.
+        Raise InputError if the command does not exist.
         """
         options = ["-o", f"cache_dir={order.folder / 'cache'}"]
         options += ["--basetemp", str(order.folder / "tests")]
@@ -70,7 +69,7 @@ class Run:
                 return Program(
                     self.command,
                     cwd=self.folder,
-                    env={**os.environ, **place},
+                    env=environment(**place),
                     stdout=printed,
                     stderr=STDOUT,
                 )
@@ -100,7 +99,7 @@ class Judge:
         sources: Files that all runs read.
     """
 
-    run: Run
+    run: PytestCommand
     base: Path
     sources: tuple[Path, ...] = ()
 
@@ -109,11 +108,11 @@ class Judge:
         """Return the folder if this computer has it, else None for the default temporary folder."""
         return self.base if self.base.is_dir() else None
 
-    def prepare(self) -> Callable[[Task], Outcome]:
+    def prepare(self) -> Callable[[MutantTask], Outcome]:
         """Return a function that runs one mutant."""
         return _Copies(self) if COPIES else self
 
-    def __call__(self, task: Task) -> Outcome:
+    def __call__(self, task: MutantTask) -> Outcome:
         """Run one mutant in its own process."""
         started = time.monotonic()
         with TemporaryDirectory(dir=self.there, ignore_cleanup_errors=True) as name:
@@ -122,7 +121,7 @@ class Judge:
             how = ENDLESS if code is None else f"the run ends with {code}"
             return outcome(task, order, how, time.monotonic() - started)
 
-    def order(self, task: Task, folder: Path) -> Order:
+    def order(self, task: MutantTask, folder: Path) -> Order:
         """Return the order for one mutant; write the changed copy of its file."""
         original = real(self.run.folder / task.mutant.file)
         copy = folder / "sources" / original.name
@@ -132,7 +131,7 @@ class Judge:
         return Order(folder, task.tests, {original: copy}, seconds=limit)
 
 
-def outcome(task: Task, order: Order, how: str, seconds: float) -> Outcome:
+def outcome(task: MutantTask, order: Order, how: str, seconds: float) -> Outcome:
     """Return the outcome of a mutant; `how` is used if the run has not written an answer."""
     said = order.answered()
     by = how if said is None else said["failed"]
@@ -154,7 +153,7 @@ class _Copies:
         self._process: Program | None = None
         self._given_up = False
 
-    def __call__(self, task: Task) -> Outcome:
+    def __call__(self, task: MutantTask) -> Outcome:
         """Run one mutant."""
         started = time.monotonic()
         with TemporaryDirectory(dir=self._judge.there, ignore_cleanup_errors=True) as name:

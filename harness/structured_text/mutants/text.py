@@ -56,10 +56,6 @@ class SourceText:
 
     The syntax tree records only where a node begins. The end is found by counting tokens, and
     parentheses around a node are found by matching them.
-
-    Args:
-        text: The whole source.
-        file: Its path, for errors.
     """
 
     def __init__(self, text: str, file: Path) -> None:
@@ -106,10 +102,6 @@ class SourceText:
         """Return the span of the operand with the parentheses around it."""
         first, last = self._range(node)
         return self._span(first + 1, last)
-
-    def offset(self, at: s.Position) -> int:
-        """Return the offset of a position."""
-        return self._starts[self._at(at)]
 
     def token_after(self, span: Span, kind: str) -> Span:
         """Return the span of the next token of a kind after a span."""

@@ -13,11 +13,11 @@ from typing import Any
 from structured_text.errors import COMMAND, DISTRIBUTION, InputError
 from structured_text.farm import Farm
 from structured_text.language.cache import sources_key
-from structured_text.mutants.judging import ENDLESS, Judging, Outcome, Task
+from structured_text.mutants.judging import ENDLESS, Judging, MutantTask, Outcome
 from structured_text.mutants.mutant import Mutant, Mutants, in_rounds
 from structured_text.mutants.order import Order
 from structured_text.mutants.report import Judged, Reasons, figures
-from structured_text.mutants.sessions import Judge, Run
+from structured_text.mutants.sessions import Judge, PytestCommand
 from structured_text.mutants.tests import Tests
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles
@@ -31,16 +31,13 @@ UNREACHED = "no test runs it"
 class UserMutants:
     """The mutants of a program, and its tests.
 
-    Args:
-        sources: The program.
-        run: The user's tests.
-        written: Result files, which no test depends on.
-
     Raises:
         InputError: sources that do not compile or are not ST files.
     """
 
-    def __init__(self, sources: SourceFiles, run: Run, written: Iterable[Path] = ()) -> None:
+    def __init__(
+        self, sources: SourceFiles, run: PytestCommand, written: Iterable[Path] = ()
+    ) -> None:
         self._run = run
         self._written = {real(file) for file in written}
         self.files, library = sources.users
@@ -54,8 +51,7 @@ class UserMutants:
     def baseline(self) -> Tests:
         """Run the original program, and record the lines that each test executes.
 
-        Raises:
-            InputError: a test fails, or none runs the program.
+        Raise InputError if a test fails, or none runs the program.
         """
         with TemporaryDirectory(prefix=f"{COMMAND}-mutants-", ignore_cleanup_errors=True) as name:
             order = Order(real(name))
@@ -87,13 +83,13 @@ class UserMutants:
         own = mutated | self._written
         return Tests(self._run.folder, root, ran, said["seconds"], said["listed"], own)
 
-    def tasks(self, tests: Tests) -> tuple[list[Task], list[Mutant]]:
+    def tasks(self, tests: Tests) -> tuple[list[MutantTask], list[Mutant]]:
         """Return the mutants in the order in which they are run, and those that no test executes.
 
         The order is the same in each run. If the time limit ends a run early, all files and all
         kinds of mistakes have had their share.
         """
-        by_file: list[list[Task]] = []
+        by_file: list[list[MutantTask]] = []
         unreached: list[Mutant] = []
         for file in self.files:
             others = [one for one in self._all if one != file]
@@ -106,7 +102,9 @@ class UserMutants:
                     continue
                 seconds = sum(tests.seconds.get(node, 0.0) for node in nodes)
                 in_order = tuple(tests.ordered(mutant, nodes))
-                by_file[-1].append(Task(mutant, in_order, seconds, f"{mutant.identity}-{around}"))
+                by_file[-1].append(
+                    MutantTask(mutant, in_order, seconds, f"{mutant.identity}-{around}")
+                )
         return [one for each in zip_longest(*by_file) for one in each if one is not None], unreached
 
     def judged(
@@ -115,7 +113,7 @@ class UserMutants:
         """Run the mutants, and return the figures of `report.figures`, with more about the run."""
         tasks, unreached = self.tasks(tests)
 
-        def run(todo: Iterable[Task]) -> Iterator[Outcome]:
+        def run(todo: Iterable[MutantTask]) -> Iterator[Outcome]:
             with TemporaryDirectory(
                 prefix=f"{COMMAND}-mutants-", ignore_cleanup_errors=True
             ) as name:
@@ -142,7 +140,7 @@ class UserMutants:
 
     @staticmethod
     def _whole(
-        judged: Sequence[Judged], tasks: Sequence[Task], unreached: Sequence[Mutant]
+        judged: Sequence[Judged], tasks: Sequence[MutantTask], unreached: Sequence[Mutant]
     ) -> set[str]:
         """Return the POUs if all mutants were run, else an empty set."""
         if len(judged) < len(tasks) + len(unreached):

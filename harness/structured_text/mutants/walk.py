@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Scope
-from structured_text.language.expressions import Expressions
+from structured_text.language.expression_checker import ExpressionChecker
 from structured_text.language.types import Type
 from structured_text.mutants.text import SourceText
 
@@ -35,19 +35,13 @@ class Place:
 
 
 class Body:
-    """The POU that is mutated: its syntax, its text, and the meaning of its names.
-
-    Args:
-        pou: The POU as parsed, or a method of it.
-        source: The text of its file.
-        scope: Its checked declarations.
-    """
+    """The POU that is mutated: its syntax, its text, and the meaning of its names."""
 
     def __init__(self, pou: s.Pou | s.Method, source: SourceText, scope: Scope) -> None:
         self.pou = pou
         self.source = source
         self.scope = scope
-        self._expressions = Expressions(scope)
+        self._expressions = ExpressionChecker(scope)
 
     def type_of(self, node: Any) -> Type | None:
         """Return the type of an expression; None if it has no type by itself."""

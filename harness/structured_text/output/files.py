@@ -24,12 +24,9 @@ _MOST_NAMES = 1_000
 
 
 def replace_files(contents: Mapping[Path, bytes | str]) -> None:
-    """Write a set of files; no file is replaced before all are written.
+    """Write a set of files, or raise InputError; none is replaced before all are written.
 
     A full disk, a fault or Ctrl-C leaves the previous files unchanged.
-
-    Raises:
-        InputError: a file cannot be written.
     """
     files: list[OutputFile] = []
     try:
@@ -49,11 +46,7 @@ class NewFiles:
     """Files that are created before a long job, and named after it, inside `with`.
 
     The class never overwrites a file. If a file has appeared under the name meanwhile, it stays,
-    and the result gets a free name beside it.
-
-    Args:
-        paths: The files.
-        hint: Hint for a file that already exists.
+    and the result gets a free name beside it. `hint` is for a file that already exists.
 
     Raises:
         InputError: a file already exists, is named twice, or cannot be written.
@@ -89,9 +82,8 @@ class NewFiles:
     def write(self, *contents: bytes | str) -> None:
         """Write all files, in the order of their names, or none.
 
-        Raises:
-            InputError: a file cannot be written, or was given another name, which the message
-                shows.
+        Raise InputError if a file cannot be written, or was given another name, which the message
+        shows.
         """
         for file, data in zip(self._files, contents, strict=True):
             file.write(data)
@@ -100,7 +92,7 @@ class NewFiles:
             file.close()
         for path, place, file in zip(self._paths, self._places, self._files, strict=True):
             if file.place != place:
-                text = f"has appeared meanwhile and stays; what was to be written is {file.place}"
+                text = f"was created by another program; the output is in {file.place}"
                 raise InputError(text, file=path)
 
     def _discard(self) -> None:

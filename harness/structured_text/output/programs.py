@@ -11,16 +11,27 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from structured_text.output.system import APART, GUARDED, end_apart
 
-__all__ = ["Program", "run"]
+__all__ = ["Program", "environment", "run"]
 
 _GUARD = Path(__file__).with_name("guard.py")
 _WORD = 16
+
+
+def environment(*, without: Iterable[str] = (), **changes: str) -> dict[str, str]:
+    """Return the environment of this process for a child process.
+
+    Every changed environment of a child is made here. The child does not get the variables in
+    `without`; `changes` replace or add variables.
+    """
+    left_out = set(without)
+    inherited = {name: value for name, value in os.environ.items() if name not in left_out}
+    return inherited | changes
 
 
 class Program(subprocess.Popen[Any]):
@@ -29,10 +40,6 @@ class Program(subprocess.Popen[Any]):
     Ctrl-C at a terminal does not reach it; this process decides when it ends. `kill` also ends its
     child processes. On Windows there is no guard, and the program survives if this process is
     killed.
-
-    Args:
-        command: Its name or path, and its arguments.
-        how: Arguments of `Popen`.
 
     Raises:
         OSError: It cannot be started.
@@ -81,10 +88,7 @@ def run(
 ) -> subprocess.CompletedProcess[Any]:
     """Run a program to its end, and return what it has printed.
 
-    Args:
-        command: Its name or path, and its arguments.
-        timeout: Seconds after which it is ended.
-        how: Arguments of `Popen`.
+    It is ended after `timeout` seconds.
 
     Raises:
         OSError: It cannot be started.

@@ -28,11 +28,7 @@ _PATIENCE_S = 30.0
 def progress_bar(console: Console, clock: Callable[[], float] = time.monotonic) -> Progress:
     """Return a progress bar; without a terminal it prints a line each half minute.
 
-    Its tasks have a field `told` for further text.
-
-    Args:
-        console: Where it is shown.
-        clock: Real time [s].
+    Its tasks have a field `told` for further text. `clock` returns real time [s].
     """
     # Do not refresh in a thread, since the process may fork while the bar is shown.
     return _Progress(

@@ -39,9 +39,8 @@ def check_file(path: str | Path) -> None:
 def open_file(path: str | Path, kind: Kind) -> BinaryIO:
     """Open a plain file for reading.
 
-    Raises:
-        InputError: it does not exist, is not a plain file, cannot be read, or is too large for its
-            kind.
+    Raise InputError if it does not exist, is not a plain file, cannot be read, or is too large for
+    its kind.
     """
     check_file(path)  # merely opening a device can have effects
     try:
@@ -60,11 +59,7 @@ def open_file(path: str | Path, kind: Kind) -> BinaryIO:
 
 
 def file_bytes(path: str | Path, kind: Kind) -> bytes:
-    """Read a plain file.
-
-    Raises:
-        InputError: as `open_file`.
-    """
+    """Read a plain file, or raise InputError."""
     with open_file(path, kind) as file:
         try:
             if kind.most_bytes is None:
@@ -97,11 +92,7 @@ def file_text(path: str | Path, kind: Kind) -> str:
 
 
 def beginning(path: str | Path, kind: Kind, length: int) -> bytes:
-    """Read the first bytes of a plain file.
-
-    Raises:
-        InputError: as `open_file`.
-    """
+    """Read the first bytes of a plain file, or raise InputError."""
     with open_file(path, kind) as file:
         try:
             return file.read(length)

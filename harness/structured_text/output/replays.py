@@ -10,18 +10,14 @@ from structured_text.errors import COMMAND, InputError
 __all__ = ["BEGINS", "MARK", "check"]
 
 MARK = f"# {COMMAND} replay: "
-"""How the stimulus file of a replay begins."""
+"""The first characters of a stimulus file that a search has written."""
 
 #: First bytes of each kind of file.
 BEGINS = {".toml": MARK.encode(), ".svg": b"<svg "}
 
 
 def check(file: Path) -> None:
-    """Refuse to overwrite a file that no search has written.
-
-    Raises:
-        InputError: there is such a file.
-    """
+    """Refuse to overwrite a file that no search has written."""
     if not os.path.isfile(file):
         return
     with file.open("rb") as stream:

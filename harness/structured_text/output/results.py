@@ -35,8 +35,7 @@ def read_entry(line: bytes) -> dict[str, Any] | None:
 def move_aside(file: Path) -> Path:
     """Rename a damaged file to a free name, and return that.
 
-    Raises:
-        OSError: It cannot be renamed.
+    Raise OSError if it cannot be renamed.
     """
     names = (file.with_name(f"{file.name}.damaged{number or ''}") for number in count())
     aside = next(name for name in names if not name.exists())
@@ -50,10 +49,7 @@ def _any(entry: Mapping[str, Any]) -> bool:
 class Results:
     """Results by key, saved as JSON lines; the last line of a key counts.
 
-    Args:
-        file: Where they are saved.
-        fresh: Delete earlier results.
-        is_whole: Returns whether an entry has everything that its reader needs.
+    With `fresh`, earlier results are deleted. `is_whole` returns whether an entry is complete.
 
     Attributes:
         notice: A line for the user if the file was damaged: it was renamed, and its valid lines
@@ -91,7 +87,7 @@ class Results:
             aside = move_aside(self._file)
             which = "1 line is" if damaged == 1 else f"{damaged} lines are"
             self.notice = f"{self._file}: {which} damaged; the file is now {aside}, "
-            self.notice += "and what is missing is done again"
+            self.notice += "and missing results are computed again"
         if damaged or last:
             replace_files({self._file: b"".join(taken)})
 

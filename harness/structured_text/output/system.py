@@ -25,11 +25,6 @@ from typing import IO, Any, Final, Literal, NoReturn
 
 from structured_text.errors import COMMAND
 
-if sys.platform == "win32":
-    from _ctypes import FreeLibrary
-else:
-    from _ctypes import dlclose
-
 __all__ = [
     "APART",
     "COPIES",
@@ -63,6 +58,11 @@ __all__ = [
     "without_waiting",
 ]
 
+if sys.platform == "win32":
+    from _ctypes import FreeLibrary
+else:
+    from _ctypes import dlclose
+
 _PRIORITY = 1
 _STANDARD_ERROR = 2
 _SHOWN = 15
@@ -77,21 +77,21 @@ _HANGS_S, _BUSY = 600, 8
 _TOO_LONG = ("SIGXCPU", "SIGALRM", "SIGKILL")
 
 APART: dict[str, Any]
-"""For a process that Ctrl-C does not reach: its parent decides when it ends."""
+"""Arguments of `Popen` for a process that Ctrl-C does not reach; its parent ends it."""
 
 DLL: Final = ".dll" if sys.platform == "win32" else ".so"
-"""How the name of a shared object ends."""
+"""The suffix of the file of a shared object."""
 
 WHOLE: Final = ("-static-libgcc", "-static-libstdc++") if sys.platform == "win32" else ()
-"""For gcc and clang: a shared object that is loaded wherever the compiler's own are not found."""
+"""Options of gcc and clang, so that a shared object needs no library of the compiler."""
 
 GUARDED: Final = sys.platform != "win32"
-"""Can a process notice the end of its parent, and end what it has started?"""
+"""Whether a process can notice the end of its parent, and end its own child processes."""
 
 COPIES: Final = sys.platform != "win32"
-"""Can a process make copies of itself?"""
+"""Whether a process can make copies of itself (fork)."""
 MOST_PROCESSES: Final = 60 if sys.platform == "win32" else sys.maxsize
-"""So many processes can be waited for at once."""
+"""The largest number of processes that can be waited for at once."""
 
 _ENDS = [signal.SIGINT, signal.SIGTERM]
 
@@ -105,8 +105,7 @@ else:
 def cache_root() -> Path:
     """Return the user's folder for caches: files that programs can create again.
 
-    Raises:
-        RuntimeError: the user has no home.
+    Raise RuntimeError if the user has no home.
     """
     if named := os.environ.get("XDG_CACHE_HOME"):
         return Path(named)
@@ -155,8 +154,7 @@ def end_as_by_ctrl_c() -> list[int]:
 def settings_root() -> Path:
     """Return the user's folder for settings and private files.
 
-    Raises:
-        RuntimeError: the user has no home.
+    Raise RuntimeError if the user has no home.
     """
     if named := os.environ.get("XDG_CONFIG_HOME"):
         return Path(named)
@@ -218,10 +216,8 @@ def interrupt_main_thread() -> None:
 def end_apart(pid: int, *, has_ended: bool = False, number: int | None = None) -> None:
     """End a process that may be apart; except on Windows, with its child processes.
 
-    Args:
-        pid: Its process number.
-        has_ended: The process has ended: end only its child processes.
-        number: Send this signal instead of SIGKILL, and only to the process group.
+    If it `has_ended`, only its child processes are ended. A `number` is sent instead of SIGKILL,
+    and only to the process group.
     """
     if sys.platform == "win32":
         if not has_ended:
@@ -251,10 +247,8 @@ def fine_timers() -> None:
 def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
     """Request real-time priority for this thread and future ones; ignore a refusal.
 
-    Only Linux has this request.
-
-    Args:
-        policy: Run until the thread waits, or in turn with others of its priority.
+    Only Linux has this request. The thread runs until it waits, or in turn with others of its
+    priority.
     """
     if sys.platform == "linux":
         number = os.SCHED_FIFO if policy == "first" else os.SCHED_RR
@@ -265,9 +259,8 @@ def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
 def copied(work: Callable[[], object], seconds: float) -> int:
     """Execute a function in a silent copy of this process, and return the copy's process number.
 
-    Args:
-        work: The function; the copy ends with exit code 0, or 1 if it raises.
-        seconds: Processor time limit. The limit of real time is longer, for a busy machine.
+    The copy ends with exit code 0, or 1 if the function raises. `seconds` limit its processor time;
+    the limit of real time is longer, for a busy machine.
     """
     if sys.platform == "win32":
         raise NotImplementedError
@@ -365,8 +358,7 @@ class PipedCopy:
     def wait(self, timeout: float | None = None) -> int:
         """Wait for its end, and return its exit code.
 
-        Raises:
-            subprocess.TimeoutExpired: it has not ended within this time [s].
+        Raise subprocess.TimeoutExpired if it has not ended within this time [s].
         """
         end = None if timeout is None else time.monotonic() + timeout
         while (code := self.poll()) is None:
@@ -457,7 +449,7 @@ class RelayedInput:
 
 
 StandardInput = RelayedInput if sys.platform == "win32" else DirectInput
-"""The one for this system."""
+"""The class of standard input on this system."""
 
 
 class SharedMemory:

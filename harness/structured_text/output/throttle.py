@@ -8,10 +8,10 @@ from dataclasses import dataclass
 __all__ = ["BURST", "EVERY_US", "Throttle"]
 
 BURST = 30
-"""So many lines of a kind pass at once."""
+"""The number of lines of a kind that pass at once."""
 
 EVERY_US = 5_000_000
-"""After that one line of the kind passes in this time."""
+"""The time [µs] in which one further line of the kind passes."""
 
 
 @dataclass
@@ -26,8 +26,7 @@ class _Kind:
 class Throttle:
     """A throttle that passes lines as long as they are few; the caller gives the time.
 
-    Args:
-        burst: Number of lines of a kind that pass at once.
+    `burst` is the number of lines of a kind that pass at once.
     """
 
     def __init__(self, burst: int = BURST) -> None:
@@ -37,10 +36,8 @@ class Throttle:
     def let_pass(self, kind: str, lines: Sequence[str], now_us: int) -> list[str]:
         """Return the lines to write now: new ones, and a summary of those that were held before.
 
-        Args:
-            kind: Kind of the lines. Each kind is limited separately, so none hides another.
-            lines: New lines in their order; may be empty.
-            now_us: The time; if it goes back, the latest time counts.
+        Each kind is limited separately, so none hides another. If the time goes back, the latest
+        time counts.
         """
         one = self._kinds.setdefault(kind, _Kind(self._burst))
         passed_us = max(0, now_us - one.looked_us)

@@ -26,28 +26,19 @@ _TOO_LONG = re.compile(r"[0-9_]{4301}|[\[{]{50}")
 
 
 def load_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises:
-        InputError: it cannot be read, or is not TOML (with the line).
-    """
+    """Read a TOML file, or raise InputError."""
     return parse_toml(toml_text(path), path)
 
 
 def toml_text(path: Path) -> str:
-    """Read the text of a TOML file.
-
-    Raises:
-        InputError: it cannot be read.
-    """
+    """Read the text of a TOML file, or raise InputError."""
     return file_text(path, TABLE)
 
 
 def parse_toml(text: str, path: Path) -> dict[str, Any]:
     """Return the content of a TOML text; `path` is its file.
 
-    Raises:
-        InputError: it is not TOML (with the line).
+    Raise InputError if it is not TOML (with the line).
     """
     try:
         toml: Any = importlib.import_module("tomllib")
@@ -97,12 +88,9 @@ def check_keys(
 def line_of(file: Path, key: str, number: int = 1) -> int | None:
     """Return the line of a key, or None if it does not occur; tomllib gives no lines.
 
-    Args:
-        file: The file.
-        key: The key with its table, as `comments.50`, or alone; if it does not occur, the line of
-            its
-            table is returned. A key that is cut short ends in dots.
-        number: Number of the table, if several have this name.
+    The key has its table, as in `comments.50`, or stands alone. If it does not occur, the line of
+    its table is returned. A key that is cut short ends in dots. `number` selects one of several
+    tables of this name.
     """
     places = list(_places(toml_text(file)))
     while key:

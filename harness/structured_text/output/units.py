@@ -76,11 +76,7 @@ def within_us(what: str, value: str | int | timedelta, low: int, high: int) -> i
 
 
 def whole(what: str, value: object, low: int, high: int) -> int:
-    """Return a whole number from `low` to `high`.
-
-    Raises:
-        InputError: it is not such a number; True and False are not numbers.
-    """
+    """Return a whole number from `low` to `high`, or raise InputError."""
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         shown = "a number of so many digits" if _is_huge(value) else f"{value!r:.{_SHOWN}}"
         raise InputError(f"{what} cannot be {shown}", hint=f"it is a number from {low} to {high}")

@@ -111,7 +111,6 @@ class Unit:
     Attributes:
         kind: Its first word: TYPE, FUNCTION_BLOCK, VAR_GLOBAL, CONFIGURATION ...
         piece: Its name and lines.
-        file: Its file.
     """
 
     kind: str

@@ -32,9 +32,7 @@ _OTHERS = {"CONFIGURATION", "VAR_GLOBAL"}
 def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
     """Return the files of a library that a program mentions, directly or through other files.
 
-    Args:
-        program: The program's own files; an unreadable file mentions nothing.
-        library: Files of the library.
+    An unreadable file of the program mentions nothing.
 
     Returns:
         Part of `library`, in its order: the files that declare a needed name. Files that declare

@@ -23,18 +23,9 @@ _SHOWN = 40
 
 
 def whole(text: str, what: str, low: int, high: int, file: Path, line: int) -> int:
-    """Read a whole number.
+    """Read a whole number, or raise InputError.
 
-    Args:
-        text: The number in the file.
-        what: Its meaning, for the message: `the priority of the task T`.
-        low: The smallest allowed value.
-        high: The largest allowed value.
-        file: The file.
-        line: The line in the file.
-
-    Raises:
-        InputError: It is not a whole number, or outside these limits.
+    `what` is the meaning of the number for the message, as in `the priority of the task T`.
     """
     plain = text.strip()
     number = int(plain) if _DIGITS.fullmatch(plain) else None
@@ -45,11 +36,7 @@ def whole(text: str, what: str, low: int, high: int, file: Path, line: int) -> i
 
 
 def priority_of(text: str, task: str, file: Path, line: int) -> int | None:
-    """Read the priority of a task; None if the file has none.
-
-    Raises:
-        InputError: It is not a whole number from 0 to 65535.
-    """
+    """Read the priority of a task, or raise InputError; return None if the file has none."""
     what = f"the priority of the task {task}"
     return whole(text, what, 0, _LOWEST_PRIORITY, file, line) if text.strip() else None
 
@@ -57,8 +44,7 @@ def priority_of(text: str, task: str, file: Path, line: int) -> int | None:
 def milliseconds_us(text: str, task: str, file: Path, line: int) -> int:
     """Read the interval of a task in milliseconds and return it in whole microseconds [µs].
 
-    Raises:
-        InputError: It is not a number, is 0, or longer than a year.
+    Raise InputError if it is not a number, is 0, or longer than a year.
     """
     plain = text.strip()
     exact = Fraction(plain) if _DECIMAL.fullmatch(plain) else Fraction(0)
@@ -68,15 +54,7 @@ def milliseconds_us(text: str, task: str, file: Path, line: int) -> int:
 def interval_us(exact: Fraction, text: str, task: str, file: Path, line: int) -> int:
     """Check the interval of a task and return the nearest whole number of microseconds [µs].
 
-    Args:
-        exact: The interval [µs].
-        text: The interval in the file.
-        task: Name of the task.
-        file: The file.
-        line: The line in the file.
-
-    Raises:
-        InputError: It is 0, or longer than a year.
+    Raise InputError if it is 0, or longer than a year.
     """
     try:
         found = parse_us(round(exact))

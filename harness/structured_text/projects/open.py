@@ -46,11 +46,7 @@ class Sources:
 
 
 def read_project(files: Sequence[Path]) -> Project:
-    """Read project files.
-
-    Raises:
-        InputError: A file cannot be read, or violates its format.
-    """
+    """Read project files, or raise InputError."""
     found = Project()
     tasks = [file for file in files if file.suffix.lower() == TASKS]
     calls = siemens.called(file for file in files if file.suffix.lower() in SCL)
@@ -82,10 +78,8 @@ def _read(file: Path) -> Project:
 def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sources:
     """Make sources from project files.
 
-    Args:
-        files: The project files.
-        replaced: Files with Structured Text for POUs, by the POU's name (`Block.Method` for a
-            part of a POU): a body, or the whole declaration.
+    A replacement is a body, or a whole declaration, by the POU's name (`Block.Method` for a part of
+    a POU).
 
     Raises:
         InputError: As `read_project`. Also if a body in another language is needed and not

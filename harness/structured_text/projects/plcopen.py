@@ -30,7 +30,7 @@ from structured_text.projects.numbers import (
     milliseconds_us,
     priority_of,
 )
-from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
 __all__ = ["read_plcopen"]
@@ -58,15 +58,7 @@ _OWNERS = ("pou", "Method", "Property", "Action", "Interface", "globalVars", "da
 
 
 def read_plcopen(root: Element, file: Path) -> Project:
-    """Read the types, POUs, lists of variables and tasks of a project.
-
-    Args:
-        root: The element `project`.
-        file: Its file, for messages.
-
-    Raises:
-        InputError: The file violates the format.
-    """
+    """Read the types, POUs, lists of variables and tasks of a project, or raise InputError."""
     reader = _Reader(file)
     units: list[Unit] = []
     for element in root.below("dataType", "pou", "Interface", "configuration", "globalVars"):
@@ -120,7 +112,7 @@ class _Reader:
             title = f"{kind} {name}{_extends(element)}"
             head = (*_comment(element), *self._head(element, title))
         if kind not in (*_KINDS.values(), "INTERFACE"):
-            raise self._error(f"{name} is no function, function block or program", element)
+            raise self._error(f"{name} is not a function, function block or program", element)
         end = made(element.end, f"END_{kind}")
         parts = tuple(self._parts(element, name))
         return Unit(kind, Piece(name, head, _body(element), end, parts), self._file)
@@ -328,7 +320,7 @@ class _Reader:
         program = element.get("typeName") or element.get("type") or name
         return made(element.at, f"    PROGRAM {name}{task} : {program};{_note(element)}")
 
-    def tasks(self, root: Element) -> list[Task]:
+    def tasks(self, root: Element) -> list[ToolTask]:
         """Return the tasks outside of a configuration, as CODESYS writes them."""
         found = []
         for element in root.below("task"):
@@ -340,7 +332,7 @@ class _Reader:
                 continue
             priority = element.get("priority")
             found.append(
-                Task(
+                ToolTask(
                     self._name(element),
                     _microseconds(element, self._file),
                     priority_of(priority, self._name(element), self._file, element.at),
@@ -365,11 +357,7 @@ def _open_array(variable: Element) -> str:
 
 
 def _only(element: Element, file: Path) -> Element:
-    """Return the single element inside another.
-
-    Raises:
-        InputError: The element is empty.
-    """
+    """Return the single element inside another; raise InputError if the element is empty."""
     found = [one for one in element.children if one.name not in ("documentation", "addData")]
     found = found or [data for one in element.all("addData", "data") for data in one.children]
     if not found:

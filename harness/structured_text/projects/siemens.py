@@ -21,7 +21,7 @@ from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes
 from structured_text.projects.formats import SCL
 from structured_text.projects.model import Piece, Project, Unit
-from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.tasks import ToolTask, configuration
 
 __all__ = ["called", "plain_name", "read_scl", "started"]
 
@@ -90,24 +90,17 @@ def plain_name(name: str) -> str:
 def called(files: Iterable[Path]) -> dict[str, str]:
     """Return the blocks that are called on data blocks, as in `"Timer".TON(...)`.
 
-    The keys are the names of the data blocks in upper case.
-
-    Raises:
-        InputError: A file cannot be read.
+    The keys are the names of the data blocks in upper case. Raise InputError if a file cannot be
+    read.
     """
     readers = [_Reader(_text(file), file) for file in files]
     return {name: word for one in readers for name, word in one.generic_calls(only_global=True)}
 
 
 def read_scl(file: Path, calls: Mapping[str, str] | None = None) -> Project:
-    """Read an external source.
+    """Read an external source, or raise InputError.
 
-    Args:
-        file: The source.
-        calls: Blocks that other files call on data blocks (see `called`).
-
-    Raises:
-        InputError: The file cannot be read, or a block does not end.
+    `calls` are blocks that other files call on data blocks (see `called`).
     """
     reader = _Reader(_text(file), file, calls)
     return Project(tuple(reader.units()), tuple(reader.notes))
@@ -140,7 +133,7 @@ def started(units: Sequence[Unit]) -> Project:
         return Project()
     one = main[0]
     at = one.piece.head[0].at
-    task = Task("", 0, None, ((one.name, one.name),), one.file, at)
+    task = ToolTask("", 0, None, ((one.name, one.name),), one.file, at)
     notes = tuple(
         f"{unit.file}:{unit.piece.head[0].at}: {unit.name} does not run: what starts it, the "
         "source does not say"

@@ -22,8 +22,16 @@ from structured_text.output.reading import check_file
 from structured_text.projects.formats import in_folder, is_project
 from structured_text.projects.needed import declared_names, needed
 
-__all__ = ["INSTEAD", "Files", "SourceFiles", "check_library", "named_files", "not_declared"]
-__all__ += ["source_files", "st_files"]
+__all__ = [
+    "INSTEAD",
+    "Files",
+    "SourceFiles",
+    "check_library",
+    "named_files",
+    "not_declared",
+    "source_files",
+    "st_files",
+]
 
 #: A file or folder, or several of them.
 Files = str | Path | Sequence[str | Path]
@@ -80,16 +88,10 @@ def source_files(
 ) -> SourceFiles:
     """Find the files of a program, and the library files that it needs.
 
-    Args:
-        program: ST files, project files or folders. A folder gives its `.st` files, see
-            `st_files`; a folder without any gives its TwinCAT project.
-        library: The library's folder, searched with its subfolders; None if there is none.
-            Names that a project declares are not taken from it.
-        replace: Files with Structured Text for POUs of a project, by name.
-
-    Raises:
-        InputError: A file or folder is missing, a folder has no sources, or a project cannot
-            be read.
+    Raise InputError if a file or folder is missing, a folder has no sources, or a project cannot be
+    read. A folder gives its `.st` files (see `st_files`), or else its TwinCAT project. The library
+    is searched with its subfolders; names that a project declares are not taken from it. `replace`
+    has files with Structured Text for POUs of a project, by name.
     """
     named = named_files(program)
     projects = [file for file in named if is_project(file)]
@@ -124,7 +126,7 @@ def check_library(folder: Path) -> None:
     """Raise InputError if the path of a library is not a folder."""
     if not folder.is_dir():
         raise InputError(
-            f"--lib {folder} is no folder",
+            f"--lib {folder} is not a folder",
             hint="it is the folder of the library; without --lib that of this package is taken",
         )
 
@@ -144,11 +146,7 @@ def _needed(
 
 
 def named_files(program: Files) -> list[Path]:
-    """Return the named files, and the source files of the named folders.
-
-    Raises:
-        InputError: A file or folder is missing, or a folder has no sources.
-    """
+    """Return the named files, and the source files of the named folders, or raise InputError."""
     given = [program] if isinstance(program, (str, Path)) else list(program)
     if not given:
         raise InputError("no program is given")

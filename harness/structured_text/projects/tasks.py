@@ -9,14 +9,14 @@ from pathlib import Path
 from structured_text.projects.model import Piece, Project, Unit, made
 from structured_text.projects.numbers import interval_text
 
-__all__ = ["NAME", "Task", "configuration"]
+__all__ = ["NAME", "ToolTask", "configuration"]
 
 #: Name of the CONFIGURATION for a project that has tasks, but no configuration.
 NAME = "Tasks"
 
 
 @dataclass(frozen=True)
-class Task:
+class ToolTask:
     """A task, and the programs that it calls.
 
     Attributes:
@@ -24,7 +24,6 @@ class Task:
         interval_us: Its interval [µs].
         priority: Its priority, the lowest number first; None if the file has none.
         programs: Names of instances and of their programs.
-        file: Its file.
         at: Its line in that file.
     """
 
@@ -36,7 +35,7 @@ class Task:
     at: int
 
 
-def configuration(tasks: Sequence[Task]) -> Project:
+def configuration(tasks: Sequence[ToolTask]) -> Project:
     """Return a CONFIGURATION with the tasks; it belongs to the file of the first task.
 
     Tasks without programs get a note.

@@ -16,10 +16,8 @@ _NAME = re.compile(r"\w{1,200}")
 def st_texts(project: Project) -> dict[str, str]:
     """Return the text of each declaration, by the name of its file.
 
-    Bodies in other languages become comments that say so.
-
-    Raises:
-        InputError: Two declarations have the same name, or a name cannot be a file name.
+    Bodies in other languages become comments that say so. Raise InputError if two declarations have
+    the same name, or a name cannot be a file name.
     """
     texts: dict[str, str] = {}
     units: dict[str, Unit] = {}
@@ -27,7 +25,7 @@ def st_texts(project: Project) -> dict[str, str]:
         name = unit.name or "Globals"
         at = unit.piece.head[0].at if unit.piece.head else 1
         if not _NAME.fullmatch(name):
-            raise InputError(f"{name!r} is no name for a file", file=unit.file, line=at)
+            raise InputError(f"{name!r} is not a name for a file", file=unit.file, line=at)
         other = units.setdefault(name.upper(), unit)
         if other is not unit and unit.kind == "VAR_GLOBAL" and other.kind != unit.kind:
             name = f"{name}_Globals"

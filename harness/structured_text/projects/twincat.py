@@ -19,7 +19,7 @@ from structured_text.projects.model import (
     trimmed,
 )
 from structured_text.projects.numbers import priority_of, whole
-from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element, read_xml
 
 __all__ = ["read_object", "read_plcproj", "read_tasks"]
@@ -31,14 +31,10 @@ _KNOWN = ("TC2_STANDARD", "TC2_SYSTEM", "TC3_MODULE")
 
 
 def read_object(file: Path) -> Project:
-    """Read a POU, a type, a list of global variables or an interface.
-
-    Raises:
-        InputError: The file cannot be read, is not such an object, or has no declaration.
-    """
+    """Read a POU, a type, a list of global variables or an interface, or raise InputError."""
     root = read_xml(file)
     if root.name != "TcPlcObject":
-        raise InputError(f"is no object of TwinCAT, its root is <{root.name}>", file=file)
+        raise InputError(f"is not an object of TwinCAT, its root is <{root.name}>", file=file)
     units = []
     for element in root.children:
         if element.name in ("POU", "DUT", "GVL", "Itf"):
@@ -117,13 +113,12 @@ def _accessor(element: Element, owner: str) -> Piece:
 def read_plcproj(file: Path) -> Project:
     """Read a PLC project: the objects that it names, and its tasks.
 
-    Raises:
-        InputError: The file cannot be read or is not such a project, or one of its objects is
-            missing or invalid.
+    Raise InputError if the file cannot be read or is not such a project, or one of its objects is
+    missing or invalid.
     """
     root = read_xml(file)
     if root.name != "Project":
-        raise InputError(f"is no project of TwinCAT, its root is <{root.name}>", file=file)
+        raise InputError(f"is not a project of TwinCAT, its root is <{root.name}>", file=file)
     found = Project()
     tasks = []
     for item in root.all("ItemGroup", "Compile"):
@@ -180,8 +175,7 @@ def _below(folder: Path, named: PureWindowsPath) -> Path | None:
 def read_tasks(files: list[Path]) -> Project:
     """Read the tasks (.TcTTO) of a project, as a CONFIGURATION.
 
-    Raises:
-        InputError: A file cannot be read, or its task has no cycle time.
+    Raise InputError if a file cannot be read, or its task has no cycle time.
     """
     tasks = []
     for file in files:
@@ -194,7 +188,7 @@ def read_tasks(files: list[Path]) -> Project:
             what = f"the cycle time of the task {name} [us]"
             said = priority.text() if priority is not None else ""
             tasks.append(
-                Task(
+                ToolTask(
                     name,
                     whole(time.text(), what, 1, _LONGEST_US, file, time.at),
                     priority_of(said, name, file, (priority or element).at),

@@ -42,8 +42,6 @@ class Element:
     r"""An element; names are without their name spaces.
 
     Attributes:
-        name: Its name.
-        attributes: Its attributes by name.
         at: The line of its start tag.
         content: Its elements and pieces of text. A piece continues the line of the piece before
             it; the piece `"\n"` ends a line.
@@ -119,11 +117,7 @@ def _joined(pieces: list[Line]) -> Line:
 
 
 def read_xml(file: Path) -> Element:
-    """Read a file.
-
-    Raises:
-        InputError: The file cannot be read, is not well-formed, or has a document type.
-    """
+    """Read a file, or raise InputError."""
     content = file_bytes(file, PROJECT)
     declared = _DECLARED.match(content[:_PROLOG])
     if declared is not None:
@@ -137,8 +131,7 @@ def read_xml(file: Path) -> Element:
 def _as_utf8(content: bytes, name: str, file: Path) -> bytes:
     """Return the content in UTF-8: expat itself reads only single-byte encodings and Unicode.
 
-    Raises:
-        InputError: The encoding is unknown, or the content is not in this encoding.
+    Raise InputError if the encoding is unknown, or the content is not in this encoding.
     """
     key = re.sub(r"[-_ ]", "", name.lower())
     if key.startswith("utf16"):

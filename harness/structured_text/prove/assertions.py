@@ -59,8 +59,7 @@ class Copies:
 def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
     """Copy a program's files into a folder, with a statement for each assertion.
 
-    Raises:
-        InputError: an assertion is empty, or outside a program, block or function.
+    Raise InputError if an assertion is empty, or outside a program, block or function.
     """
     copies: list[Path] = []
     found: list[Assertion] = []
@@ -93,7 +92,12 @@ def _with_statements(file: Path) -> tuple[str, list[tuple[int, str]]]:
         head = max((head.end() for head in _HEAD.finditer(text, 0, one.start())), default=0)
         if not head:
             hint = "write it between two statements of a body"
-            raise InputError("this assertion stands in no body", file=file, line=line, hint=hint)
+            raise InputError(
+                "this assertion is outside the body of a program or block",
+                file=file,
+                line=line,
+                hint=hint,
+            )
         heads.add(head)
         pieces.append(text[end : one.start()])
         statement = f"IF NOT ({said}) THEN {VARIABLE} := SHL({VARIABLE}, -1); END_IF;"

@@ -23,9 +23,10 @@ from structured_text.language.types import ArrayType, BlockType, ElementaryType,
 from structured_text.language.walk import nodes
 from structured_text.prove import values
 from structured_text.prove.assertions import Copies
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 
-__all__ = ["Candidate", "candidates", "kept"]
+__all__ = ["Candidate", "Look", "candidates", "constants", "kept"]
 
 #: Highest number of BOOL variables for which pairs are tried.
 _PAIRS = 40
@@ -160,13 +161,9 @@ def kept(
 
     Each round assumes all remaining candidates before the scan and asks the solver for a scan after
     which at least one fails. Every candidate that fails in this model is discarded. The result is
-    inductive as soon as the solver finds no such scan.
-
-    Args:
-        tried: The candidates.
-        start: A machine with the memory of the start.
-        scan: A machine with the memory before a scan from any state, and after it.
-        limit_s: Time limit in seconds; if it is exceeded, the result is empty.
+    inductive as soon as the solver finds no such scan. `start` is a machine with the memory of the
+    start. `scan` is a machine with the memory before a scan from any state, and after it. If the
+    time limit is exceeded, the result is empty.
     """
     end = time.monotonic() + limit_s
     machine, first = start

@@ -11,6 +11,9 @@ import z3
 
 __all__ = ["Bool", "UnsupportedError", "both", "either", "equal", "is_known", "negated", "truth"]
 
+#: The claim holds for all values; it fails for some values; the solver did not decide.
+PROVED, REFUTED, UNKNOWN = "proved", "refuted", "unknown"
+
 #: `bool` or `z3.BoolRef`.
 Bool = Any
 

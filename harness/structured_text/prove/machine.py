@@ -18,19 +18,20 @@ from typing import Any
 import z3
 
 from structured_text.engines.builtin.storage import address_slot, is_scalar
+from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.scalars import ELEMENTARY
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, Type
 from structured_text.prove import standard, values
-from structured_text.prove.expressions import Expressions
+from structured_text.prove.expression_terms import ExpressionTerms
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated
-from structured_text.prove.memory import Alternatives, Memory, Path, leaves
 from structured_text.prove.overflow import Operation, Span
+from structured_text.prove.symbolic_memory import Alternatives, Path, SymbolicMemory
 from structured_text.prove.values import Value
 
-__all__ = ["Alternatives", "Call", "Machine", "Obligation", "Path", "leaves"]
+__all__ = ["Call", "Machine", "Obligation"]
 
 _BOOL = ELEMENTARY["BOOL"]
 
@@ -71,7 +72,7 @@ class _Frame:
     roots: dict[str, Alternatives] = field(default_factory=dict)
 
 
-class Machine(Memory):
+class Machine(SymbolicMemory):
     """A symbolic machine: a program's memory as terms, and the execution of code on it.
 
     Args:
@@ -101,7 +102,7 @@ class Machine(Memory):
         self.summaries = dict(summaries or {})
         self._guards: list[Bool] = []
         self._frames: list[_Frame] = []
-        self.expressions = Expressions(self)
+        self.expressions = ExpressionTerms(self)
         self._at: tuple[str, int] = ("", 0)
 
     # --- the running POU and its conditions ---
@@ -329,7 +330,7 @@ class Machine(Memory):
             left = self._if(node)
         elif isinstance(node, (t.For, t.While, t.Repeat)):
             left = self._loop(node)
-        elif isinstance(node, t.Exit):
+        elif isinstance(node, s.Exit):
             left.exits = True
         else:
             left.returns = True
@@ -434,10 +435,7 @@ class Machine(Memory):
         that is not constant saves the memory before it. After the last round the memories are
         joined from the inside out, so that each round takes effect only if its guard holds. The
         solver decides if another round is possible; with a constant loop condition it is not
-        needed.
-
-        Raises:
-            UnsupportedError: the loop may have more than `_ROUNDS` rounds.
+        needed. Raise UnsupportedError if the loop may have more than `_ROUNDS` rounds.
         """
         left = _Left()
         ends = _Ends(self, node)

@@ -11,10 +11,9 @@ import z3
 from structured_text.language.displayed import value_text
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import scalar_to_python
-from structured_text.prove.machine import Path
-from structured_text.prove.memory import Memory
 from structured_text.prove.search import value_of
 from structured_text.prove.surroundings import Surroundings
+from structured_text.prove.symbolic_memory import Path, SymbolicMemory
 
 __all__ = ["Names"]
 
@@ -22,14 +21,9 @@ _REALS = {"REAL": "f", "LREAL": "d"}
 
 
 class Names:
-    """The names and values of solver variables, for messages.
+    """The names and values of solver variables, for messages."""
 
-    Args:
-        memory: The memory that created the variables.
-        around: The surroundings of the program.
-    """
-
-    def __init__(self, memory: Memory, around: Surroundings) -> None:
+    def __init__(self, memory: SymbolicMemory, around: Surroundings) -> None:
         self._memory = memory
         instances = {name.upper(): name for name in around.project.instances}
         self._roots: dict[Path, tuple[str, Type]] = {}

@@ -28,7 +28,6 @@ __all__ = [
     "resized",
 ]
 
-
 Span = tuple[int, int]
 #: The range of a TIME of 64 bits.
 NANOSECONDS: Span = (-(1 << 63), (1 << 63) - 1)
@@ -39,9 +38,7 @@ class Operation:
     """An arithmetic operation that was run, with its place.
 
     Attributes:
-        node: The operation.
         pou: The POU that contains it.
-        file: Its file.
         line: The line where its statement begins.
         reached: The conditions under which it is run.
         leaves: Returns whether the result leaves its type, given the range of a TIME. The term is

@@ -18,8 +18,9 @@ from structured_text.language.project import Project
 from structured_text.language.standard import BLOCKS
 from structured_text.prove import values
 from structured_text.prove.logic import Bool, UnsupportedError, both
-from structured_text.prove.machine import Alternatives, Call, Machine, Path
+from structured_text.prove.machine import Call, Machine
 from structured_text.prove.summaries import summaries
+from structured_text.prove.symbolic_memory import Alternatives, Path
 
 __all__ = ["ProgramMachine"]
 
@@ -62,10 +63,7 @@ class ProgramMachine(Machine):
         """Return whether a condition can hold at this point, in a state that may be anything.
 
         The check uses a new solver each time. For terms as large as these, that is far faster than
-        an incremental solver.
-
-        Raises:
-            UnsupportedError: `until` has passed.
+        an incremental solver. Raise UnsupportedError if `until` has passed.
         """
         if isinstance(condition, bool):
             return condition

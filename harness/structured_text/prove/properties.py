@@ -15,8 +15,9 @@ from structured_text.language.types import ArrayType, BlockType, Type
 from structured_text.language.walk import calls_of, root_of, statements, targets
 from structured_text.prove.assertions import STOPS, Copies
 from structured_text.prove.logic import Bool, both, either, negated
-from structured_text.prove.machine import Obligation, Path
+from structured_text.prove.machine import Obligation
 from structured_text.prove.program import ProgramMachine
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["ONCE", "STEADY", "Key", "Library", "Watch", "inner_written", "title"]
 
@@ -72,13 +73,7 @@ class Library:
 
 @dataclass(frozen=True)
 class Watch:
-    """The observer that says, for each scan, under which condition each property is broken.
-
-    Args:
-        project: The checked copies, with the library.
-        copies: The user's files.
-        library: The requirements of the library.
-    """
+    """The observer that says, for each scan, under which condition each property is broken."""
 
     project: Project
     copies: Copies
@@ -117,7 +112,8 @@ class Watch:
         `before` is the memory before that scan.
         """
         found: dict[Key, Bool] = dict.fromkeys(self.always, False)
-        found |= {ONCE: self._twice(machine), STEADY: self._left_out(machine, before)}
+        if self.library.areas:
+            found |= {ONCE: self._twice(machine), STEADY: self._left_out(machine, before)}
         for one in machine.obligations:
             if one.file in self.copies.originals:
                 key = self._key(one)
@@ -140,8 +136,9 @@ class Watch:
 
     @property
     def always(self) -> list[Key]:
-        """Return the properties that apply to every program, and the assertions of this one."""
-        return [ONCE, STEADY, *(("assert", *place) for place in sorted(self._asserted))]
+        """Return the rules for calls of the library, and the assertions of the program."""
+        rules = [ONCE, STEADY] if self.library.areas else []
+        return [*rules, *(("assert", *place) for place in sorted(self._asserted))]
 
     def alone(self, key: Key, when: Bool, machine: ProgramMachine) -> Bool:
         """Return the condition that a property is broken and no other obligation stops the scan."""
@@ -201,10 +198,7 @@ def inner_written(
 ) -> Iterator[tuple[str, int, str]]:
     """Yield the places where the program's own code writes into a structure of the library.
 
-    Args:
-        project: The checked copies, with the library.
-        copies: The user's files.
-        reference: The type of that structure.
+    `reference` is the type of that structure.
 
     Yields:
         File, line and the name of the variable.

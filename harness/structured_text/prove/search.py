@@ -11,16 +11,16 @@ from structured_text.language.project import Project
 from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.prove import values
 from structured_text.prove.logic import Bool
-from structured_text.prove.machine import Path
 from structured_text.prove.program import ProgramMachine
 from structured_text.prove.summaries import literals, one_of
 from structured_text.prove.surroundings import Given, Surroundings
+from structured_text.prove.symbolic_memory import Path
 
-__all__ = ["Run", "Search", "SearchEndedError", "Step", "value_of"]
+__all__ = ["Counterexample", "Search", "SearchEndedError", "value_of"]
 
 
 @dataclass(frozen=True)
-class Step:
+class ScanInput:
     """The input before one scan: bytes and status of each device, and the inputs by path."""
 
     t_us: int
@@ -29,7 +29,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Run:
+class Counterexample:
     """A run from the start of the program.
 
     Attributes:
@@ -39,7 +39,7 @@ class Run:
     """
 
     scan_us: int
-    steps: tuple[Step, ...]
+    steps: tuple[ScanInput, ...]
     states: tuple[dict[Path, Any], ...]
 
 
@@ -51,12 +51,8 @@ class SearchEndedError(Exception):
 class Search:
     """A bounded search that unrolls a program scan by scan, with all inputs from its surroundings.
 
-    Args:
-        project: The sources, with the programs that run.
-        scan_us: The period of the scans; the first is at 0.
-        around: Its surroundings, if they are already known.
-        library: The files of the library; `machine.own` holds the calls in all other files.
-        milliseconds: See `ProgramMachine`.
+    The first scan is at 0. `machine.own` holds the calls in all files outside the library; see
+    `ProgramMachine`.
 
     Attributes:
         given: The input from the surroundings before each scan.
@@ -113,7 +109,7 @@ class Search:
             memory[path] = value
         self.machine.restore(memory)
 
-    def find(self, broken: Bool, limit_s: float) -> Run | None:
+    def find(self, broken: Bool, limit_s: float) -> Counterexample | None:
         """Return a run in which `broken` holds in the scans unrolled so far, or None.
 
         Raises:
@@ -130,7 +126,7 @@ class Search:
             raise SearchEndedError(solver.reason_unknown())
         return self._run(solver.model()) if found == z3.sat else None
 
-    def _run(self, model: Any) -> Run:
+    def _run(self, model: Any) -> Counterexample:
         """Return the run that a model of the solver describes."""
         assert self.around is not None
         kinds = {one.name: one.type for one in self.around.inputs}
@@ -143,9 +139,9 @@ class Search:
             inputs = {
                 name: value_of(model, term, kinds[name]) for name, term in given.inputs.items()
             }
-            steps.append(Step(number * self.scan_us, areas, inputs))
+            steps.append(ScanInput(number * self.scan_us, areas, inputs))
         states = tuple(self._state(model, state) for state in self.states)
-        return Run(self.scan_us, tuple(steps), states)
+        return Counterexample(self.scan_us, tuple(steps), states)
 
     def _state(self, model: Any, state: dict[Path, Any]) -> dict[Path, Any]:
         """Return the numeric scalars of a state in a model.

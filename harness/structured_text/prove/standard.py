@@ -83,11 +83,7 @@ class _Instance:
 
 
 def run(machine: _Machine, path: tuple[Any, ...], name: str) -> None:
-    """Run one call.
-
-    Raises:
-        UnsupportedError: a block that is not translated.
-    """
+    """Run one call, or raise UnsupportedError."""
     body = _BODIES.get(_kind(name))
     if body is None:
         raise UnsupportedError(f"the standard block {name}")

@@ -29,10 +29,8 @@ Summaries: TypeAlias = dict[str, Callable[[Machine, list[Any]], Any]]
 def summaries(milliseconds: str, *, exact: bool) -> Summaries:
     """Return the summary of a function that counts the milliseconds of a duration.
 
-    Args:
-        milliseconds: Its name; empty if there is none.
-        exact: If True, the result is exactly that of its body (for runs). If False, it is any
-            number in its range (for proofs).
+    If `exact`, the result is exactly that of its body (for runs); else it is any number in its
+    range (for proofs). An empty name means that there is none.
     """
     name = milliseconds.upper()
     return {name: partial(_each_duration if exact else _any_count, name)} if name else {}

@@ -16,8 +16,9 @@ from structured_text.language.scalars import ANY_DURATION, WIDTH
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Type
 from structured_text.language.walk import written
 from structured_text.prove import values
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
 from structured_text.prove.program import ProgramMachine
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["Given", "Input", "Surroundings", "path_of"]
 
@@ -54,9 +55,6 @@ class Surroundings:
     This class is a program without a process image: only its inputs change. A derived class sets
     more
     in `give_areas`, and returns the places it sets in `held`.
-
-    Args:
-        project: The sources, with the programs that run.
 
     Attributes:
         inputs: Variables that no program writes, for example those of a panel or a scanner.

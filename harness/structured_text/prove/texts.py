@@ -33,6 +33,7 @@ __all__ = [
     "legal",
     "length",
     "mid",
+    "plain",
 ]
 
 
@@ -219,8 +220,7 @@ def mid(text: Text, count: Any, position: Any) -> Text:
 def find(text: Text, other: Text) -> Any:
     """Return FIND as an integer of 16 bits: the first position from 1 on, or 0.
 
-    Raises:
-        UnsupportedError: the text to find may be longer than four characters.
+    Raise UnsupportedError if the text to find may be longer than four characters.
     """
     if known(text) and known(other):
         return plain(text).find(plain(other)) + 1 if other.size else 0

@@ -24,14 +24,13 @@ from structured_text.language.project import Project
 from structured_text.projects.sources import SourceFiles
 from structured_text.prove.assertions import Copies, with_assertions
 from structured_text.prove.invariants import Candidate, candidates, kept
-from structured_text.prove.logic import Bool, UnsupportedError
-from structured_text.prove.machine import Path as Place
+from structured_text.prove.logic import PROVED, REFUTED, UNKNOWN, Bool, UnsupportedError
 from structured_text.prove.naming import Names
 from structured_text.prove.program import ProgramMachine
 from structured_text.prove.properties import Key, Library, Watch, inner_written, title
-from structured_text.prove.search import Run, Search, SearchEndedError
-from structured_text.prove.solve import PROVED, REFUTED, UNKNOWN
+from structured_text.prove.search import Counterexample, Search, SearchEndedError
 from structured_text.prove.surroundings import Surroundings
+from structured_text.prove.symbolic_memory import Path as Place
 from structured_text.prove.values import TIME_BITS
 
 __all__ = ["NOTED", "Bench", "Replayed", "Result", "Settings", "prove"]
@@ -129,18 +128,14 @@ class Bench(Protocol):
         """Return the requirements of the library and the facts known about it."""
 
     def surroundings(self, project: Project) -> Surroundings:
-        """Return the surroundings of a program.
-
-        Raises:
-            InputError: it cannot be run here.
-        """
+        """Return the surroundings of a program, or raise InputError."""
 
     def blame(self, error: InputError) -> InputError:
         """Return an error in the sources with the wording for users."""
 
     def replay(
         self,
-        run: Run,
+        run: Counterexample,
         around: Surroundings,
         files: Sequence[Path],
         stimulus: Path,
@@ -150,19 +145,12 @@ class Bench(Protocol):
     ) -> Replayed:
         """Write the stimulus file of a run, and run it on the built-in engine.
 
-        Args:
-            run: The run.
-            around: The surroundings of its program.
-            files: The program's files.
-            stimulus: The path of the stimulus file.
-            about: Comment at the beginning of that file.
-            chart: The path of the timing chart (SVG) of the run.
-
-        Raises:
-            InputError: a file cannot be written, or exists already and was not written by a search.
+        `about` is the comment at the beginning of the file; `chart` is the path of the timing chart
+        (SVG). Raise InputError if a file cannot be written, or exists already and was not written
+        by a search.
         """
 
-    def command(self, run: Run, around: Surroundings, stimulus: Path) -> str:
+    def command(self, run: Counterexample, around: Surroundings, stimulus: Path) -> str:
         """Return the command with which a user can replay the run."""
 
 
@@ -423,7 +411,7 @@ class _Work:
             for key in self.open:
                 self._spent[key] = self._spent.get(key, 0.0) + time.monotonic() - begin
 
-    def _found(self, key: Key, run: Run) -> None:
+    def _found(self, key: Key, run: Counterexample) -> None:
         """Replay a run that the solver found, and record the result.
 
         The property is refuted only if the built-in engine shows the violation, too. Otherwise the
@@ -436,7 +424,7 @@ class _Work:
         files = self.copies.files
         came = self.bench.replay(run, self.around, files, stimulus, about=about, chart=chart)
         if not self._shows(key, came, len(run.steps)):
-            why = "; ".join(came.differences[:_SHOWN]) or "nothing of it shows"
+            why = "; ".join(came.differences[:_SHOWN]) or "the run shows no violation"
             note = f"THE TRANSLATION IS WRONG, please report it: {stimulus} breaks nothing: {why}"
             del self.open[key]
             self.done[key] = replace(result, note=note, stimulus=str(stimulus))

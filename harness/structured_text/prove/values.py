@@ -88,8 +88,7 @@ def _signed(kind: Type) -> bool:
 def _is_text(kind: Type) -> bool:
     """Return whether the type is STRING or CHAR.
 
-    Raises:
-        UnsupportedError: it is a WSTRING or WCHAR.
+    Raise UnsupportedError if it is a WSTRING or WCHAR.
     """
     name = _name(kind)
     if name in ("WSTRING", "WCHAR"):
@@ -136,11 +135,10 @@ def legal(kind: Type, value: Value) -> Bool:
 def scalar(kind: Type, value: Value) -> z3.ExprRef:
     """Return the value as a term, even if it is known.
 
-    Raises:
-        TypeError: the value is a REAL or STRING, which is more than one term.
+    Raise TypeError if the value is a REAL or STRING, which is more than one term.
     """
     if isinstance(value, (reals.Real, texts.Text)):
-        raise TypeError("a REAL or STRING is no single term")
+        raise TypeError("a REAL or STRING is not a single term")
     if not is_known(value):
         return value
     if _name(kind) == "BOOL":

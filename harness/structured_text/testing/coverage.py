@@ -28,9 +28,7 @@ _FOLDER = "out/coverage"
 class Gathering(ABC):
     """Hooks that count in this process, and collect the counts of xdist's workers.
 
-    Args:
-        config: Configuration of the run.
-        collector: The collector of this process; it counts until the run ends.
+    `collector` counts in this process until the run ends.
     """
 
     def __init__(self, config: pytest.Config, collector: Collector) -> None:
@@ -109,11 +107,7 @@ class _Coverage(Gathering):
 
 
 def start(config: pytest.Config) -> None:
-    """Start counting, if the settings demand it.
-
-    Raises:
-        UsageError: a wrong setting, or a setting of coverage while coverage is off.
-    """
+    """Start counting if the settings demand it; raise UsageError for a wrong setting."""
     try:
         settings = _settings(config)
     except InputError as error:

@@ -45,12 +45,7 @@ def order() -> Path | None:
 
 
 def add_options(parser: pytest.Parser, options: Mapping[str, Mapping[str, Any]]) -> None:
-    """Add options to the command line, with their keys of the ini file.
-
-    Args:
-        parser: Parser of pytest.
-        options: Arguments of `addoption`, by the name of the key.
-    """
+    """Add options to the command line, with their keys of the ini file."""
     group = parser.getgroup(COMMAND)
     for name, about in options.items():
         option = f"--{COMMAND}-{name.replace('_', '-')}"
@@ -64,9 +59,7 @@ def add_options(parser: pytest.Parser, options: Mapping[str, Mapping[str, Any]])
 def check_keys(config: pytest.Config, names: Iterable[str]) -> None:
     """Refuse unknown keys of the ini file, or of `-o`, that begin like the toolkit's.
 
-    Args:
-        config: Configuration of the run.
-        names: All known keys, for the message.
+    `names` are all known keys, for the message.
 
     Raises:
         UsageError: one message, for pytest to print.

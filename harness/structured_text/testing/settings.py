@@ -23,11 +23,7 @@ def project(config: pytest.Config) -> Path:
 
 
 def is_on(config: pytest.Config, name: str) -> bool:
-    """Return whether a switch is on, by the command line or the ini file.
-
-    Raises:
-        InputError: the ini file has neither true nor false.
-    """
+    """Return whether the command line or the ini file turns a switch on, or raise InputError."""
     if config.getoption(f"{COMMAND}_{name}") is not None:
         return True
     text = str(config.getini(f"{COMMAND}_{name}") or "")

@@ -69,7 +69,7 @@ _POU = """\
             "a.xml:3: the task T has the interval 'never'",
         ),
         ("a.TcPOU", "<TcPlcObject/>", "a.TcPOU: has no POU, DUT, GVL or Itf, only nothing"),
-        ("a.TcPOU", "<Other/>", "is no object of TwinCAT, its root is <Other>"),
+        ("a.TcPOU", "<Other/>", "is not an object of TwinCAT, its root is <Other>"),
         ("a.TcPOU", _POU % ("", "<ST/>"), "a.TcPOU:1: P has no declaration"),
         ("a.TcPOU", _POU % ("VAR END_VAR", "<ST/>"), "does not begin with PROGRAM, FUNCTION"),
         (
@@ -167,7 +167,7 @@ def test_a_name_never_leads_out_of_the_folder(
     text = '<project><pou name="../../evil" pouType="program"><body/></pou></project>'
     (tmp_path / "a.xml").write_text(text, encoding="utf-8")
     assert main(["import", str(tmp_path / "a.xml"), "-o", str(tmp_path / "x" / "y")]) == 2
-    assert "'../../evil' is no name for a file" in capsys.readouterr().err
+    assert "'../../evil' is not a name for a file" in capsys.readouterr().err
     assert [file.name for file in tmp_path.iterdir()] == ["a.xml"]
 
 

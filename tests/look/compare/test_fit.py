@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import Any
 
 import pytest
 
-import fit_cases
 from faulty_answers import WRONG, recorded_wrong
 from fit_cases import CASES, judged
 from rcx_harness.look.compare.delays import DELAYS
@@ -16,7 +14,6 @@ from rcx_harness.look.compare.fit import fit
 from rcx_harness.look.compare.replay import Replay
 from rcx_harness.look.compare.text import fit_lines
 from rcx_harness.robot import RobotConfig
-from rcx_harness.robot.config import SECTIONS
 from rcx_harness.robot.handshake import Handshake
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.signals import REQUESTS
@@ -26,7 +23,7 @@ Patch = Callable[[pytest.MonkeyPatch], None]
 
 
 def _with(target: Any, name: str, made: Callable[[Any], Any]) -> Patch:
-    """Replace a function by one that is made of it."""
+    """Return a patch that replaces a function by a changed version of it."""
     return lambda broken: broken.setattr(target, name, made(getattr(target, name)))
 
 
@@ -38,37 +35,32 @@ def _exchanged(broken: pytest.MonkeyPatch) -> None:
 
 #: Ten bugs of a controller, by what is wrong; none of them is another reading of the manual.
 BUGS: dict[str, Patch] = {
-    "an emergency stop leaves the servos ON": _with(
-        Machine, "switch_servos_off", lambda _: lambda *args, **kwargs: None
-    ),
-    "SO(03) stays OFF in an emergency stop": _with(
-        Machine, "raise_alarm", lambda _: lambda *args, **kwargs: None
-    ),
-    "servo ON in the emergency stop": _with(
-        Machine, "may_switch_servo_on", lambda _: lambda machine: True
-    ),
+    "an emergency stop leaves the servos ON": _with(Machine, "switch_servos_off",
+                                                    lambda _: lambda *args, **kwargs: None),
+    "SO(03) stays OFF in an emergency stop": _with(Machine, "raise_alarm", lambda _: lambda *args,
+                                                   **kwargs: None),
+    "servo ON in the emergency stop": _with(Machine, "may_switch_servo_on",
+                                            lambda _: lambda machine: True),
     "SO(04) is ON only while the servos are OFF": lambda broken: broken.setattr(
         Machine, "mp_ready", property(lambda machine: not machine.servo_on)
     ),
     "a stop does not stop the program": _with(Machine, "_stop", lambda _: lambda machine: None),
-    "the response is all 0": _with(
-        Handshake, "_end", lambda end: lambda self, status, _: end(self, status, (0,) * 15)
-    ),
+    "the response is all 0": _with(Handshake, "_end", lambda end: lambda self, status,
+                                   _: end(self, status, (0,) * 15)),
     "a command whose status was not reset is followed by another": _with(
         Handshake,
         "_look_for_reset",
         lambda reset: lambda self, machine, _: reset(self, machine, (0,) * 16),
     ),
-    "the end status has a bit too many": _with(
-        Handshake, "_end", lambda end: lambda self, status, words: end(self, status | 1, words)
-    ),
+    "the end status has a bit too many": _with(Handshake, "_end", lambda end: lambda self, status,
+                                               words: end(self, status | 1, words)),
     "the dedicated inputs SI(15) and SI(16) are taken for each other": _exchanged,
     "the release of an emergency stop resets its alarm": _with(
         Machine,
         "_on_emergency_release_delay",
         lambda release: lambda self: (release(self), self.alarms.active.clear())[0],
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.exhaustive(but=["values0", "values1"])
@@ -103,7 +95,7 @@ def test_a_short_recording_tells_what_it_depends_on(values: dict[str, Any]) -> N
     assert not knobs["auto_mode_delay"].found
 
 
-def test_what_no_key_expresses_is_left_over_and_the_search_goes_on_behind_it() -> None:
+def test_an_inexplicable_difference_is_left_over() -> None:
     """SO(12) ON for 200 ms without SI(10); 600 ms later a servo that takes 80 ms."""
     master = RecordedMaster(7, servo_on_delay=80.0)
     master.run(100)
@@ -136,9 +128,7 @@ def test_each_key_is_found_or_said_not_to_be_decided(number: int) -> None:
         ({}, {"skip_run_status": "always", "strict_unused_words": False}),
     ],
 )
-def test_delays_are_seen_also_where_commands_are_changed(
-    values: dict[str, Any], others: dict[str, Any]
-) -> None:
+def test_delays_fit_changed_commands_too(values: dict[str, Any], others: dict[str, Any]) -> None:
     """With the delays of the recording nothing differs, however the PLC handled its commands."""
     master = RecordedMaster(7, **values, **others)
     exercised(master)
@@ -146,17 +136,11 @@ def test_delays_are_seen_also_where_commands_are_changed(
     assert replay.run(RobotConfig(**others), free=frozenset(DELAYS)).differences == []
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "SO(04) is ON only while the servos are OFF",
-        "a stop does not stop the program",
-        "servo ON in the emergency stop",
-    ]
-)
+@pytest.mark.exhaustive(but=["SO(04) is ON only while the servos are OFF",
+                             "a stop does not stop the program",
+                             "servo ON in the emergency stop"])  # fmt: skip
 @pytest.mark.parametrize("bug", BUGS)
-def test_a_controller_with_a_bug_is_told_from_every_legal_one(
-    bug: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_controller_with_a_bug_fits_no_file(bug: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever its keys are, something is left over."""
     with monkeypatch.context() as broken:
         BUGS[bug](broken)
@@ -174,7 +158,7 @@ def test_a_controller_with_a_bug_is_told_from_every_legal_one(
     ]
 )
 @pytest.mark.parametrize("wrong", WRONG)
-def test_wrong_answers_are_told_from_those_of_every_legal_controller(wrong: str) -> None:
+def test_wrong_answers_fit_no_legal_controller(wrong: str) -> None:
     master = RecordedMaster(7)
     busy_run(master)
     replay = Replay(recorded_wrong(master, wrong))
@@ -183,7 +167,7 @@ def test_wrong_answers_are_told_from_those_of_every_legal_controller(wrong: str)
     assert "no key expresses" in fit_lines(found, replay)
 
 
-def test_of_keys_that_explain_the_same_the_one_with_few_values_is_taken() -> None:
+def test_the_key_with_few_values_is_preferred() -> None:
     """An emergency alarm at power-on: by its own key, or as the alarm of power-on."""
     master = RecordedMaster(7, power_on_emergency_alarm=True)
     short_run(master)
@@ -217,16 +201,6 @@ def test_without_a_bug_nothing_is_left() -> None:
     master = RecordedMaster(7)
     busy_run(master)
     assert Replay(master.recording(), master.happenings).run(RobotConfig()).differences == []
-
-
-def test_the_thirty_files_differ_in_every_section() -> None:
-    assert len(CASES) == 30
-    changed = {key for _, values in CASES for key in values}
-    for section in SECTIONS:
-        own = {one.name for one in fields(section)}
-        if section.__name__ != "Robot":
-            assert own & changed, section.__name__
-    assert set(fit_cases.DESCRIPTIONS) == {name for name, _ in CASES} | {"a program that waits"}
 
 
 def test_an_exercised_controller_agrees_with_itself() -> None:

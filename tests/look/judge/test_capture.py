@@ -1,4 +1,4 @@
-"""Capture files: link types, tags, times, and what is not read but told."""
+"""Capture files: link types, tags, times, and packets that are counted and not read."""
 
 from __future__ import annotations
 
@@ -6,20 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from captures import (
-    COOKED,
-    COOKED_2,
-    ETHERNET,
-    LOOP,
-    NULL,
-    RAW,
-    framed,
-    ip,
-    pcap,
-    pcapng,
-    tcp,
-    udp,
-)
+from captures import COOKED, COOKED_2, ETHERNET, LOOP, NULL, RAW, framed, ip, pcap, pcapng, tcp, udp
 from rcx_harness.look.judge.capture import Capture, Packet, host_text
 from structured_text.errors import InputError
 
@@ -45,9 +32,7 @@ def _read(path: Path) -> tuple[Capture, list[Packet]]:
         (LOOP, ()),
     ],
 )
-def test_a_datagram_is_the_same_under_every_link_type(
-    tmp_path: Path, link: int, tags: tuple[int, ...]
-) -> None:
+def test_every_link_type_is_read_alike(tmp_path: Path, link: int, tags: tuple[int, ...]) -> None:
     """Ethernet fills short frames up: what is behind the datagram is not of it.
 
     Source: tcpdump.org, link-layer header types; IEEE 802.1Q; RFC 791, RFC 768.
@@ -94,21 +79,15 @@ def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str)
         (bytes(28), 0x0806, "no IP"),
         (bytes(28), 0x8864, "no IP"),
         (ip("10.0.0.1", "10.0.0.2", 1, bytes(8)), 0x0800, "other protocols"),
-        (
-            DATAGRAM[:6] + b"\x20\x00" + DATAGRAM[8:],
-            0x0800,
-            "IP fragments, which are not put together",
-        ),
-        (
-            DATAGRAM[:6] + b"\x00\x07" + DATAGRAM[8:],
-            0x0800,
-            "IP fragments, which are not put together",
-        ),
+        (DATAGRAM[:6] + b"\x20\x00" + DATAGRAM[8:], 0x0800,
+         "IP fragments, which are not put together"),
+        (DATAGRAM[:6] + b"\x00\x07" + DATAGRAM[8:], 0x0800,
+         "IP fragments, which are not put together"),
         (b"\x65" + DATAGRAM[1:], 0x0800, "damaged IP headers"),
         (ip("10.0.0.1", "10.0.0.2", 17, bytes(3)), 0x0800, "damaged IP headers"),
     ],
-)
-def test_what_is_not_read_is_counted_by_its_name(
+)  # fmt: skip
+def test_unread_packets_are_counted_by_their_kind(
     tmp_path: Path, packet: bytes, kind: int, told: str
 ) -> None:
     """0x0806 is ARP, 0x8864 PPPoE; fragments: the first with more to come, and a later one."""
@@ -148,7 +127,7 @@ def test_a_file_that_ends_too_early_gives_what_is_there(tmp_path: Path, write: o
         (b"\xd4\xc3\xb2\xa1\x02\x00", "not a capture: truncated"),
     ],
 )
-def test_what_is_no_capture_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+def test_a_wrong_capture_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
     file = tmp_path / "no.pcap"
     file.write_bytes(content)
     with pytest.raises(InputError, match=message):
@@ -165,7 +144,7 @@ def test_a_link_type_that_is_not_known_is_named(tmp_path: Path) -> None:
 
 
 def test_interfaces_of_two_link_types_in_one_file_are_refused(tmp_path: Path) -> None:
-    """Libpcap tells one link type for a file."""
+    """Libpcap reports one link type for a file."""
     frames = [(0, framed(DATAGRAM)), (1, framed(DATAGRAM, COOKED))]
     capture, _ = _read(pcapng(tmp_path / "two.pcapng", frames, (ETHERNET, COOKED)))
     assert "type" in capture.damage
@@ -178,9 +157,7 @@ def test_interfaces_of_one_link_type_may_be_several(tmp_path: Path) -> None:
     assert not capture.damage
 
 
-def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(
-    tmp_path: Path,
-) -> None:
+def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     hour = 3_600_000_000
     times = [10 * hour, 10 * hour + 100, 10 * hour + 90, 10 * hour + 150]

@@ -26,7 +26,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _story() -> Story:
-    """A controller in AUTO mode, which is asked for nothing."""
+    """A controller in AUTO mode without any request."""
     story = Story()
     story.open(0)
     for k in range(1, 31):
@@ -100,9 +100,7 @@ def test_a_capture_that_is_damaged_is_reported(
 
 
 @pytest.mark.parametrize("command", _COMMANDS)
-def test_a_pcapng_block_whose_length_lies_is_reported(
-    here: Path, capsys: Captured, command: str
-) -> None:
+def test_a_wrong_block_length_is_reported(here: Path, capsys: Captured, command: str) -> None:
     """Source: a defect report."""
     file = pcapng(here / "cell.pcapng", _story().frames())
     data = bytearray(file.read_bytes())
@@ -113,7 +111,7 @@ def test_a_pcapng_block_whose_length_lies_is_reported(
     assert f"rcx: {file}: is damaged after packet" in capsys.readouterr().err
 
 
-def test_packets_that_are_not_there_are_told_by_compare(here: Path, capsys: Captured) -> None:
+def test_compare_reports_missing_packets(here: Path, capsys: Captured) -> None:
     """The file is whole, the packets of 20 ms are not in it: their numbers say so.
 
     Source: a defect report: a hole in the middle.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,7 @@ MS = 1_000
 
 
 class Recording:
-    """A PLC and a controller, told as changes; both repeat their areas every 10 ms."""
+    """A PLC and a controller, described by their changes; both repeat their areas every 10 ms."""
 
     def __init__(self) -> None:
         self.story = Story()
@@ -50,7 +49,7 @@ class Recording:
 
 
 class Verdict:
-    """What was told of a recording."""
+    """The judgement of a recording."""
 
     def __init__(self, folder: Path, made: Recording | Story, **options: object) -> None:
         story = made.story if isinstance(made, Recording) else made
@@ -105,20 +104,13 @@ def test_a_good_start_and_a_good_movement_break_no_rule(tmp_path: Path) -> None:
     verdict = Verdict(tmp_path, made)
     assert verdict.rules == []
     told = [line[16:] for line in verdict.lines[2:]]
-    assert told == [
-        "SO(01) ON   CPU_OK status output",
-        "SO(04) ON   MP RDY status output",
-        "SO(10) ON   AUTO mode status output",
-        "SI(00) ON   Emergency stop input",
-        "SI(06) ON   Stop input",
-        "SI(01) ON   Servo ON input",
-        "SO(02) ON   Servo ON status output",
-        "SI(01) OFF  Servo ON input",
-        "MovePtp (16#R001): MOVE, PTP, point designation; point 19",
-        "  running, 20.5 ms after the code",
-        "  normal end, 300 ms later",
-        "  ready, 10.5 ms after the reset",
-    ]
+    assert told == ["SO(01) ON   CPU_OK status output", "SO(04) ON   MP RDY status output",
+                    "SO(10) ON   AUTO mode status output", "SI(00) ON   Emergency stop input",
+                    "SI(06) ON   Stop input", "SI(01) ON   Servo ON input",
+                    "SO(02) ON   Servo ON status output", "SI(01) OFF  Servo ON input",
+                    "MovePtp (16#R001): MOVE, PTP, point designation; point 19",
+                    "  running, 20.5 ms after the code", "  normal end, 300 ms later",
+                    "  ready, 10.5 ms after the reset"]  # fmt: skip
 
 
 def test_response_times_are_those_of_the_packets(tmp_path: Path) -> None:
@@ -144,7 +136,7 @@ def test_response_times_are_those_of_the_packets(tmp_path: Path) -> None:
 
 
 def test_each_dedicated_answer_is_timed_and_what_has_none_is_counted(tmp_path: Path) -> None:
-    """Emergency stop: SO(00) and SO(03) ON, SO(02) OFF; then reset; a start that nobody answers.
+    """Emergency stop: SO(00) and SO(03) ON, SO(02) OFF; then reset; a start without an answer.
 
     Source: manual chapter 5, 3.1 and 3.2.
     """
@@ -167,126 +159,67 @@ def test_each_dedicated_answer_is_timed_and_what_has_none_is_counted(tmp_path: P
     assert verdict.rules == []
 
 
-def _too_early(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x8041)
-    made.plc(1_090 * MS, 0x0041)
+#: Changes of one side: instant [ms], dedicated bits, words by their bytes.
+Change = tuple[str, int, int, dict[int, int]]
+_RUN, _END, _ABNORMAL = {0: 0x0100}, {0: 0x0200}, {0: 0x4000, 2: 12, 4: 600}
+_OUT = ("plc", 1_000, 0x41, {0: 1})
+_ENDED = ("robot", 1_020, SERVO, _END)
+
+#: What happens from 1 s on, the rule that it breaks, and words of the finding.
+_BROKEN: dict[str, tuple[list[Change], str, str]] = {
+    "an edge after 90 ms": ([("plc", 1_000, 0x8041, {}), ("plc", 1_090, 0x41, {})], "interval",
+                            "plc, packet 219: interval: SI(17) OFF only 90 ms after SI(17) ON"),
+    "two edges at once": ([("plc", 1_000, 0xA041, {})], "interval",
+                          "SI(15) ON and SI(17) ON in one scan"),
+    "a reserved bit": ([("plc", 1_000, 0x45, {})], "reserved", "reserved bit (n+32) 2 was set"),
+    "a reserved byte": ([("plc", 1_000, 0x41, {46: 1})], "reserved",
+                        "the reserved bytes n+46, n+47 became 01 00"),
+    "a start against the stop": ([("plc", 1_000, 0x01, {}), ("plc", 1_200, 0x0401, {})],
+                                 "start against stop", "SI(12) ON while SI(06) is OFF"),
+    "a code taken back": ([_OUT, ("robot", 1_020, SERVO, _RUN), ("plc", 1_100, 0x41, {})],
+                          "command held", "the code changed from 16#0001 to 16#0000"),
+    "data changed": ([_OUT, ("plc", 1_020, 0x41, {0: 1, 8: 5})], "command held",
+                     "n+8 changed with the code 16#0001 out"),
+    "a code before the ready status": ([_OUT, _ENDED, ("plc", 1_040, 0x41, {}),
+                                        ("plc", 1_060, 0x41, {0: 2})], "ready before code",
+                                       "the code 16#0002 went out while the status read was"),
+    "an unknown status": ([_OUT, ("robot", 1_020, SERVO, {0: 0x0300})], "status",
+                          "robot, packet 206: status: the status went from 16#0000 to"),
+    "a status without a command": ([("robot", 1_020, SERVO, _RUN)], "status",
+                                   "to 16#0100 without a remote command"),
+    "an end without a reset": ([_OUT, _ENDED, ("robot", 1_040, SERVO, {})], "status",
+                               "although the code 16#0001 is still out"),
+    "two ends": ([_OUT, _ENDED, ("robot", 1_040, SERVO, _ABNORMAL)], "status",
+                 "after an end only 16#0000 can come"),
+    "a run without an end": ([_OUT, ("robot", 1_020, SERVO, _RUN), ("robot", 1_040, SERVO, {})],
+                             "status", "without an end, and no code was changed"),
+    "a late response": ([_OUT, _ENDED, ("robot", 1_040, SERVO, {0: 0x0200, 4: 7})], "response",
+                        "words changed after the status 16#0200"),
+    "a reserved output": ([("robot", 1_000, SERVO | 0x20, {})], "reserved",
+                          "reserved bits of m+32 are set: 2#00100000"),
+    "a reserved output byte": ([("robot", 1_000, SERVO, {46: 0x0100})], "reserved",
+                               "the reserved bytes m+46, m+47 are 00 01"),
+}  # fmt: skip
 
 
-def _two_at_once(made: Recording) -> None:
-    made.plc(1_000 * MS, 0xA041)
+def _recorded(name: str, until_us: int = 0) -> Recording:
+    """A controller with its servos on, and what breaks the rule of this name."""
+    made = _powered()
+    for side, at_ms, dedicated, words in _BROKEN[name][0]:
+        (made.plc if side == "plc" else made.robot)(at_ms * MS, dedicated, words)
+    made.until(until_us)
+    return made
 
 
-def _reserved_bit(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x45)
-
-
-def _reserved_byte(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x41, {46: 1})
-
-
-def _against_stop(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x01)
-    made.plc(1_200 * MS, 0x0401)
-
-
-def _code_taken_back(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x41, {0: 1})
-    made.robot(1_020 * MS, SERVO, {0: 0x0100})
-    made.plc(1_100 * MS, 0x41)
-
-
-def _data_changed(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x41, {0: 1})
-    made.plc(1_020 * MS, 0x41, {0: 1, 8: 5})
-
-
-def _not_ready(made: Recording) -> None:
-    _moved(made)
-    made.plc(2_000 * MS, 0x41, {0: 1})
-    made.robot(2_020 * MS, SERVO, {0: 0x0200})
-    made.plc(2_040 * MS, 0x41)
-    made.plc(2_060 * MS, 0x41, {0: 2})
-
-
-def _unknown_status(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x41, {0: 1})
-    made.robot(1_020 * MS, SERVO, {0: 0x0300})
-
-
-def _status_without_command(made: Recording) -> None:
-    made.robot(1_020 * MS, SERVO, {0: 0x0100})
-
-
-def _end_without_reset(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x41, {0: 1})
-    made.robot(1_020 * MS, SERVO, {0: 0x0200})
-    made.robot(1_040 * MS, SERVO)
-
-
-def _two_ends(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x41, {0: 1})
-    made.robot(1_020 * MS, SERVO, {0: 0x0200})
-    made.robot(1_040 * MS, SERVO, {0: 0x4000, 2: 12, 4: 600})
-
-
-def _run_without_end(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x41, {0: 1})
-    made.robot(1_020 * MS, SERVO, {0: 0x0100})
-    made.robot(1_040 * MS, SERVO)
-
-
-def _late_response(made: Recording) -> None:
-    made.plc(1_000 * MS, 0x41, {0: 1})
-    made.robot(1_020 * MS, SERVO, {0: 0x0200})
-    made.robot(1_040 * MS, SERVO, {0: 0x0200, 4: 7})
-
-
-def _reserved_output(made: Recording) -> None:
-    made.robot(1_000 * MS, SERVO | 0x20)
-
-
-def _reserved_output_byte(made: Recording) -> None:
-    made.robot(1_000 * MS, SERVO, {46: 0x0100})
-
-
-@pytest.mark.parametrize(
-    ("happen", "rule", "text"),
-    [
-        (
-            _too_early,
-            "interval",
-            "plc, packet 219: interval: SI(17) OFF only 90 ms after SI(17) ON",
-        ),
-        (_two_at_once, "interval", "SI(15) ON and SI(17) ON in one scan"),
-        (_reserved_bit, "reserved", "the reserved bit (n+32) 2 was set"),
-        (_reserved_byte, "reserved", "the reserved bytes n+46, n+47 became 01 00"),
-        (_against_stop, "start against stop", "SI(12) ON while SI(06) is OFF"),
-        (_code_taken_back, "command held", "the code changed from 16#0001 to 16#0000"),
-        (_data_changed, "command held", "n+8 changed with the code 16#0001 out"),
-        (_not_ready, "ready before code", "the code 16#0002 went out while the status read was"),
-        (_unknown_status, "status", "robot, packet 206: status: the status went from 16#0000 to"),
-        (_status_without_command, "status", "to 16#0100 without a remote command"),
-        (_end_without_reset, "status", "although the code 16#0001 is still out"),
-        (_two_ends, "status", "after an end only 16#0000 can come"),
-        (_run_without_end, "status", "without an end, and no code was changed"),
-        (_late_response, "response", "words changed after the status 16#0200"),
-        (_reserved_output, "reserved", "reserved bits of m+32 are set: 2#00100000"),
-        (_reserved_output_byte, "reserved", "the reserved bytes m+46, m+47 are 00 01"),
-    ],
-)
-def test_each_rule_of_both_sides_is_judged(
-    tmp_path: Path, happen: Callable[[Recording], None], rule: str, text: str
-) -> None:
+@pytest.mark.parametrize("name", _BROKEN)
+def test_each_rule_of_both_sides_is_judged(tmp_path: Path, name: str) -> None:
     """The packets at 10 k ms are number 2 k + 1 of the PLC and 2 k + 2 of the controller.
 
     Source: manual chapter 5, 1, 2 and 3 (caution); guide 1.1, 1.2, 2 and 4.1.
     """
-    made = _powered()
-    happen(made)
-    made.until(2_200 * MS)
-    verdict = Verdict(tmp_path, made)
-    assert verdict.rules == [rule]
-    assert text in verdict.text
+    verdict = Verdict(tmp_path, _recorded(name, 2_200 * MS))
+    assert verdict.rules == [_BROKEN[name][1]]
+    assert _BROKEN[name][2] in verdict.text
     assert any(f"** {verdict.text}" in line for line in verdict.lines)
 
 
@@ -310,23 +243,17 @@ def test_the_interval_is_judged_to_the_tolerance(
     assert Verdict(tmp_path, made, tolerance_us=tolerance_us).rules == found
 
 
-@pytest.mark.parametrize("happen", [_too_early, _code_taken_back, _end_without_reset])
-def test_no_rule_is_judged_across_packets_that_are_missing(
-    tmp_path: Path, happen: Callable[[Recording], None]
-) -> None:
-    """What was in the packets that the capture has not, nobody knows.
-
-    Without the packet before a change there is nothing to compare it with.
-    """
-    made = _powered()
-    happen(made)
-    made.until(2_200 * MS)
-    kept = [
+@pytest.mark.parametrize(
+    "name", ["an edge after 90 ms", "a code taken back", "an end without a reset"]
+)
+def test_no_rule_is_judged_across_packets_that_are_missing(tmp_path: Path, name: str) -> None:
+    """Without the packet before a change there is nothing to compare it with."""
+    made = _recorded(name, 2_200 * MS)
+    made.story.packets = [
         (t_us, data)
         for k, (t_us, data) in enumerate(made.story.packets)
         if not (t_us > 900 * MS and k // 2 % 2)
     ]
-    made.story.packets = kept
     verdict = Verdict(tmp_path, made)
     assert verdict.rules == []
     assert verdict.result.followers[1].gaps >= 2
@@ -335,8 +262,7 @@ def test_no_rule_is_judged_across_packets_that_are_missing(
 
 def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Path) -> None:
     """SI(17) is ON for 90 ms; of the packets in between every second one is missing."""
-    made = _powered()
-    _too_early(made)
+    made = _recorded("an edge after 90 ms")
     changed = (1_000 * MS, 1_010 * MS, 1_080 * MS, 1_090 * MS)
     made.story.packets = [
         (t_us, data)
@@ -348,7 +274,7 @@ def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Pat
     assert verdict.rules == ["interval"]
 
 
-def test_data_that_come_with_their_code_are_no_fault_but_told(tmp_path: Path) -> None:
+def test_data_that_come_with_their_code_are_noted(tmp_path: Path) -> None:
     """Data are there one scan before the code (guide 1.1); the packets may be further apart."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})
@@ -361,7 +287,7 @@ def test_data_that_come_with_their_code_are_no_fault_but_told(tmp_path: Path) ->
     )
 
 
-def test_abnormal_ends_are_told_with_their_alarm(tmp_path: Path) -> None:
+def test_an_abnormal_end_is_shown_with_its_alarm(tmp_path: Path) -> None:
     """Group in m+2, category in m+4: 12.600 is the emergency stop (guide 1.2)."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 0x1001})
@@ -371,10 +297,9 @@ def test_abnormal_ends_are_told_with_their_alarm(tmp_path: Path) -> None:
     assert told == "  abnormal end, alarm 12.600 Emergency stop on, 20.5 ms after the code"
 
 
-def test_an_end_is_timed_once_and_a_reserved_bit_told_once(tmp_path: Path) -> None:
+def test_an_end_is_timed_once_and_a_reserved_bit_reported_once(tmp_path: Path) -> None:
     """Reserved bit 5 of m+32 stays ON while other bits of the byte change."""
-    made = _powered()
-    _two_ends(made)
+    made = _recorded("two ends")
     made.robot(1_200 * MS, SERVO | 0x20, {0: 0x4000, 2: 12, 4: 600})
     made.robot(1_300 * MS, IDLE | 0x20, {0: 0x4000, 2: 12, 4: 600})
     verdict = Verdict(tmp_path, made)
@@ -382,9 +307,7 @@ def test_an_end_is_timed_once_and_a_reserved_bit_told_once(tmp_path: Path) -> No
     assert verdict.times("MovePtp: from code to end") == (1, 20_500, 20_500)
 
 
-def test_what_was_asked_for_before_the_recording_is_not_held_against_anybody(
-    tmp_path: Path,
-) -> None:
+def test_a_command_from_before_the_recording_breaks_no_rule(tmp_path: Path) -> None:
     """A command that was changed before goes on with 16#0100, then 16#0000 (guide 1.1)."""
     story = Story()
     story.open(0)
@@ -435,21 +358,14 @@ def test_the_summary_says_what_was_there(tmp_path: Path) -> None:
 
 
 def test_the_json_has_the_same_in_numbers(tmp_path: Path) -> None:
-    made = _powered()
-    _reserved_bit(made)
-    made.until(1_200 * MS)
+    made = _recorded("a reserved bit", 1_200 * MS)
     found = json.loads(json.dumps(as_json(Verdict(tmp_path, made).result)))
     assert (found["packets"], found["cyclic_packets"], found["violation_count"]) == (242, 240, 1)
     (one,) = found["controllers"]
     assert (one["address"], one["size"], one["commands"]) == ("192.168.0.10", 48, 0)
-    assert one["times"]["SI(01) ON: SO(02) ON"] == {
-        "count": 1,
-        "unanswered": 0,
-        "exact": True,
-        "median_us": 50_500,
-        "p99_us": 50_500,
-        "longest_us": 50_500,
-    }
+    assert one["times"]["SI(01) ON: SO(02) ON"] == {"count": 1, "unanswered": 0, "exact": True,
+                                                    "median_us": 50_500, "p99_us": 50_500,
+                                                    "longest_us": 50_500}  # fmt: skip
     assert one["connections"][0]["to_controller"]["lost"] == 0
     assert found["violations"][0]["rule"] == "reserved"
     assert found["violations"][0]["t_us"] == 1_000_000
@@ -473,9 +389,7 @@ def _cycles(file: Path, *cycles: tuple[dict[int, int], int]) -> Judgement:
     return judge(JudgeOptions(file), lambda text: None)
 
 
-def test_in_a_trace_of_cycles_the_plc_has_read_the_status_of_the_cycle_before(
-    tmp_path: Path,
-) -> None:
+def test_in_a_trace_the_plc_reads_the_status_one_cycle_late(tmp_path: Path) -> None:
     """A controller takes a code and shows 0x0100 in the same cycle.
 
     Source: guide 1.2, a command can be run in the ready status only.
@@ -496,9 +410,7 @@ def test_in_a_trace_of_cycles_the_plc_has_read_the_status_of_the_cycle_before(
     assert found.rule == "command held"
 
 
-def test_a_code_that_comes_with_its_data_still_has_to_wait_for_the_ready_status(
-    tmp_path: Path,
-) -> None:
+def test_a_code_with_its_data_waits_for_the_ready_status(tmp_path: Path) -> None:
     """Source: guide 1.2, a command can be run in the ready status only."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})

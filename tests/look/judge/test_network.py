@@ -107,9 +107,7 @@ def test_a_forward_open_in_an_unconnected_send_is_understood(tmp_path: Path) -> 
     assert robot.connections[0].to_master.packets == 1
 
 
-def test_packets_to_a_multicast_group_are_of_the_controller_that_sends_them(
-    tmp_path: Path,
-) -> None:
+def test_packets_to_a_multicast_group_are_of_the_controller_that_sends_them(tmp_path: Path) -> None:
     """An owner and a reader share the controller's packets; the owner's end is not the reader's.
 
     Source: CIP volume 1, chapter 3: multicast connections share one connection id.
@@ -139,9 +137,7 @@ def test_a_reader_beside_the_owner_does_not_count_as_what_the_plc_reads(tmp_path
     assert not any("SO(02) OFF" in line for line in heard.lines)
 
 
-def test_several_controllers_are_told_apart_though_their_identifiers_are_the_same(
-    tmp_path: Path,
-) -> None:
+def test_equal_identifiers_of_two_controllers_are_distinct(tmp_path: Path) -> None:
     """Each adapter chooses its identifiers for itself."""
     first, second = _quiet(Story()), _quiet(Story(controller="192.168.0.11"), 3_000, 5)
     second.both(100_000, FREE, area(dedicated=0x0112))
@@ -167,7 +163,7 @@ def test_a_connection_that_is_opened_again_is_a_new_one(tmp_path: Path) -> None:
     assert heard.result.count == 0
 
 
-def test_a_refused_connection_is_told_with_its_reason(tmp_path: Path) -> None:
+def test_a_refused_connection_is_reported_with_its_reason(tmp_path: Path) -> None:
     """0x0106: another master owns the outputs.
 
     Source: CIP volume 1, chapter 3, 5.6.
@@ -259,9 +255,7 @@ def test_areas_of_64_bytes_are_named_whatever_the_options_say(
         Heard(tmp_path, _headless(story) if begins_later else story, **options)
 
 
-def test_areas_of_another_size_than_the_option_says_are_named_with_the_option(
-    tmp_path: Path,
-) -> None:
+def test_a_size_other_than_the_option_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"192\.168\.0\.10 have 48 bytes: --size 48$"):
         Heard(tmp_path, _headless(_quiet(Story())), hosts=[HOST], sizes=(256,))
 
@@ -287,7 +281,7 @@ def test_a_named_controller_is_the_only_one_and_may_have_other_instances(tmp_pat
     assert [one.host[3] for one in heard.robots] == [20]
 
 
-def test_the_idle_header_and_the_time_out_are_told(tmp_path: Path) -> None:
+def test_an_idle_header_and_a_time_out_are_reported(tmp_path: Path) -> None:
     """16 intervals of 10 ms are the time-out of this Forward Open (multiplier 2)."""
     story = _quiet(Story())
     story.to_robot(110_000, FREE, run=False)

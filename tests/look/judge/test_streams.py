@@ -43,13 +43,8 @@ def test_frames_come_out_whole_however_the_segments_cut_them(first: int) -> None
 def test_a_repeated_segment_counts_once_and_a_late_one_in_its_place() -> None:
     """Source: RFC 9293, 3.10.7.4: what was received already is trimmed off."""
     at_two, at_three = 100 + len(ONE), 100 + len(ONE) + len(TWO)
-    segments = [
-        _segment(100, ONE),
-        _segment(100, ONE),
-        _segment(at_three, THREE),
-        _segment(100 + 10, (ONE + TWO)[10:]),
-        _segment(at_two, TWO),
-    ]
+    segments = [_segment(100, ONE), _segment(100, ONE), _segment(at_three, THREE),
+                _segment(100 + 10, (ONE + TWO)[10:]), _segment(at_two, TWO)]  # fmt: skip
     streams = Streams()
     assert _data(streams, segments) == [b"first one", b"second", b"the third of them"]
     assert streams.gaps == 0

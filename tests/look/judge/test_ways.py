@@ -33,7 +33,7 @@ def test_packets_are_counted_as_lost_doubled_and_late(first: int) -> None:
     assert (way.packets, way.lost, way.doubled, way.late) == (21, 1, 1, 1)
 
 
-def test_a_capture_that_has_every_packet_twice_loses_none() -> None:
+def test_doubled_packets_are_not_lost() -> None:
     """A mirror port of both directions, or the interface `any`, shows a packet twice."""
     way = Way(4, header=False)
     assert len(_numbers(way, [n for n in range(100) for _ in range(2)])) == 100
@@ -49,7 +49,7 @@ def test_numbers_that_begin_anew_are_taken_up(begin: int) -> None:
     assert (way.lost, way.late, way.restarts) == (0, 0, 1)
 
 
-def test_what_is_new_is_said_with_the_gap_before_it() -> None:
+def test_new_data_come_with_the_gap_before_them() -> None:
     way = Way(2, header=True, timeout_us=40_000)
 
     def take(t_us: int, number: int, content: str) -> Arrival | None:

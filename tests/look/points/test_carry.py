@@ -105,12 +105,9 @@ def test_csv_has_a_line_for_each_point_and_each_comment() -> None:
 
 @pytest.mark.parametrize("filler", ["zeros", "spaces"])
 @pytest.mark.parametrize(
-    ("text", "found"),
-    [(" A", " A"), ("A\t", "A\t"), ("A\0B", "A\0B"), ("", None)],
+    ("text", "found"), [(" A", " A"), ("A\t", "A\t"), ("A\0B", "A\0B"), ("", None)]
 )
-def test_a_comment_ends_before_its_filler_and_nowhere_else(
-    text: str, found: str | None, filler: str
-) -> None:
+def test_only_its_filler_ends_a_comment(text: str, found: str | None, filler: str) -> None:
     """Source: guide 4.3.2."""
     line = StationLine(RobotConfig(comment_filler=filler))
     line.controller.machine.memory.comments[1] = text
@@ -134,7 +131,7 @@ def test_a_comment_with_a_byte_beyond_ascii_is_read_as_it_is() -> None:
     assert without_foreign(found) == (Stored(), [1])
 
 
-def test_what_was_read_from_one_controller_is_stored_by_another() -> None:
+def test_points_of_one_controller_are_stored_by_another() -> None:
     """Only what a definition takes; the old comment goes.
 
     Source: guide 4.3
@@ -215,7 +212,7 @@ def test_a_slow_controller_is_waited_for() -> None:
 
 
 def test_an_old_status_is_never_taken_for_a_new_answer() -> None:
-    """A controller that takes longer to reset its status than anybody waits.
+    """A controller that takes longer to reset its status than the longest wait.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """
@@ -303,7 +300,7 @@ def test_a_controller_that_is_busy_is_left_alone() -> None:
         Carrier(line)
 
 
-def test_a_lost_connection_is_told() -> None:
+def test_a_lost_connection_is_reported() -> None:
     line = StationLine(RobotConfig())
     carrier = Carrier(line)
     line.lost_after_us = line.now_us
@@ -350,5 +347,5 @@ def test_only_the_tables_of_the_file_count(tmp_path: Path) -> None:
         (Pallet(1, 2, 3, 4), "1 x 2 x 3 from point 4"),
     ],
 )
-def test_values_are_told_in_one_line(value: Any, text: str) -> None:
+def test_values_are_shown_in_one_line(value: Any, text: str) -> None:
     assert shown(value) == text

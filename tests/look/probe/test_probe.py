@@ -20,49 +20,27 @@ from structured_text.output.toml_files import parse_toml
 
 #: By question: its keys, each with what is assumed and with other values.
 KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
-    "versions": {
-        "host_version": (0x0108, 0x0112),
-        "host_revision": (0x0030, 0x0031),
-        "fpga_version": (0x1001, 0x1002),
-        "driver_version": (0x0101, 0x0201),
-    },
-    "option-slots": {
-        "option_slots": ((0x0401, 0x0100, 0, 0), (0, 0x0401, 0, 0)),
-        "ivy2_unit": (0, 3),
-        "absent_controller_alarm": ("4.2", "4.213"),
-    },
+    "versions": {"host_version": (0x0108, 0x0112), "host_revision": (0x0030, 0x0031),
+                 "fpga_version": (0x1001, 0x1002), "driver_version": (0x0101, 0x0201)},
+    "option-slots": {"option_slots": ((0x0401, 0x0100, 0, 0), (0, 0x0401, 0, 0)),
+                     "ivy2_unit": (0, 3), "absent_controller_alarm": ("4.2", "4.213")},
     "settings": {"manual_speed": (20, 30), "inching_amount": (100, 50)},
-    "wrong-format": {
-        "format_alarm": ("4.2", "4.202"),
-        "strict_unused_words": (True, False),
-    },
+    "wrong-format": {"format_alarm": ("4.2", "4.202"), "strict_unused_words": (True, False)},
     "absent": {"absent_robot_alarm": ("4.2", "4.204"), "no_axis_alarm": ("4.2", "4.205")},
     "undefined-point": {"undefined_point_alarm": ("4.2", "6.204")},
-    "undefined-data": {
-        "undefined_data_alarm": ("", "6.205"),
-        "comment_filler": ("zeros", "spaces"),
-    },
+    "undefined-data": {"undefined_data_alarm": ("", "6.205"),
+                       "comment_filler": ("zeros", "spaces")},
     "undefined-pallet": {"undefined_pallet_alarm": ("4.2", "6.236")},
-    "undefined-program": {
-        "undefined_program_alarm": ("4.2", "3.203"),
-        "undefined_task_alarm": ("4.2", "6.262"),
-    },
+    "undefined-program": {"undefined_program_alarm": ("4.2", "3.203"),
+                          "undefined_task_alarm": ("4.2", "6.262")},
     "name-filler": {"name_filler": ("spaces", "zeros")},
     "position-flags": {"position_flag_bit0": (True, False), "position_hand": (False, True)},
-    "command-times": {
-        "command_accept_delay": (0.0, 50.0),
-        "command_delay": (10.0, 60.0),
-        "status_reset_delay": (0.0, 40.0),
-        "skip_run_status": ("always",),
-    },
+    "command-times": {"command_accept_delay": (0.0, 50.0), "command_delay": (10.0, 60.0),
+                      "status_reset_delay": (0.0, 40.0), "skip_run_status": ("always",)},
     "first-image-command": {"first_image_commands": (True, False)},
     "mp-ready": {"mp_ready_in_emergency_stop": (True, False)},
-    "emergency-stop": {
-        "emergency_stop_delay": (0.0, 40.0),
-        "emergency_release_delay": (5.0, 45.0),
-        "alarm_reset_delay": (20.0, 80.0),
-        "reset_in_emergency_stop": (False, True),
-    },
+    "emergency-stop": {"emergency_stop_delay": (0.0, 40.0), "emergency_release_delay": (5.0, 45.0),
+                       "alarm_reset_delay": (20.0, 80.0), "reset_in_emergency_stop": (False, True)},
     "interval": {"min_interval": (100.0, 50.0, 0.0)},
     "late-level": {"late_levels": (True, False)},
     "first-image": {"recovery_edges": (False, True)},
@@ -74,17 +52,12 @@ KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
     "program-reset": {"reset_clears_outputs": (False, True), "program_reset_delay": (20.0, 90.0)},
     "warning": {"reset_clears_warning": (False, True)},
     "undefined-code": {"undefined_code_alarm": ("4.2", "12.75")},
-    "changed-command": {
-        "changed_command_status": ("run", "ready"),
-        "early_command_waits": (False, True),
-    },
+    "changed-command": {"changed_command_status": ("run", "ready"),
+                        "early_command_waits": (False, True)},
     "changed-data": {"data_belong_to_command": (True, False)},
     "servo-off": {"servo_off_alarm": ("4.2", "6.301")},
-    "arithmetic": {
-        "overflow_alarm": ("4.2", "6.252"),
-        "division_alarm": ("4.2", "6.203"),
-        "real_to_integer": ("round", "truncate"),
-    },
+    "arithmetic": {"overflow_alarm": ("4.2", "6.252"), "division_alarm": ("4.2", "6.203"),
+                   "real_to_integer": ("round", "truncate")},
     "points": {"point_unit_alarm": ("4.2", "6.205"), "several_elements": (True, False)},
     "pallet": {"work_position_alarm": ("4.2", "6.283")},
     "impossible-date": {"impossible_date_alarm": ("4.2", "4.203")},
@@ -93,39 +66,24 @@ KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
     "manual-mode": {"manual_mode_alarm": ("4.2", "0.20"), "start_needs_auto": (True, False)},
     "safety-setting": {"safety_keeps_stops": (True, False)},
     "main-power": {"main_power_alarm": ("", "12.601")},
-    "power-cycle": {
-        "power_on_emergency_alarm": (False, True),
-        "link_error_alarm": ("12.551", "12.550"),
-        "link_error_latches": (False, True),
-        "power_clears_internal_outputs": (True, False),
-        "power_loses_settings": (False, True),
-        "power_loses_origin": (True, False),
-        "auto_mode": (True, False),
-        "origin_complete": (True, False),
-        "program_is_reset": (False, True),
-    },
+    "power-cycle": {"power_on_emergency_alarm": (False, True),
+                    "link_error_alarm": ("12.551", "12.550"), "link_error_latches": (False, True),
+                    "power_clears_internal_outputs": (True, False),
+                    "power_loses_settings": (False, True), "power_loses_origin": (True, False),
+                    "auto_mode": (True, False), "origin_complete": (True, False),
+                    "program_is_reset": (False, True)},
     "servo-on": {"servo_on_delay": (50.0, 120.0), "servo_on_with_alarm": (False, True)},
-    "motor-power": {
-        "servo_needs_motor_power": (True, False),
-        "motor_power_alarm": ("4.2", "6.300"),
-    },
+    "motor-power": {"servo_needs_motor_power": (True, False),
+                    "motor_power_alarm": ("4.2", "6.300")},
     "unasked-positions": {"unasked_positions_zero": (True, False)},
-    "program": {
-        "program_needs_servo": (False, True),
-        "reset_while_running": (False, True),
-        "program_info_while_running": (True, False),
-        "motor_power_stops_program": (True, False),
-        "busy_alarm": ("4.2", "6.280"),
-        "program_start_delay": (20.0, 100.0),
-        "program_stop_delay": (5.0, 80.0),
-    },
+    "program": {"program_needs_servo": (False, True), "reset_while_running": (False, True),
+                "program_info_while_running": (True, False),
+                "motor_power_stops_program": (True, False), "busy_alarm": ("4.2", "6.280"),
+                "program_start_delay": (20.0, 100.0), "program_stop_delay": (5.0, 80.0)},
     "program-in-manual-mode": {"manual_mode_stops_program": (True, False)},
-    "sequence": {
-        "sequence_program": (True, False),
-        "emergency_stops_sequence": (False, True),
-        "sequence_delay": (5.0, 60.0),
-    },
-}
+    "sequence": {"sequence_program": (True, False), "emergency_stops_sequence": (False, True),
+                 "sequence_delay": (5.0, 60.0)},
+}  # fmt: skip
 #: What else a controller has to be like, or what has to have happened, for a question to decide.
 PREPARED: dict[str, dict[str, Any]] = {"arm": {"scara_robots": (2,)}}
 NO_HOST = Subject("192.168.0.10", "RCX340", "A. B.", "2030-12-31")
@@ -139,6 +97,11 @@ CASES = [
 
 def _prepare(line: StationLine) -> None:
     line.happen("", "warning")
+
+
+def _agreed(line: StationLine) -> Person:
+    """Return a user who confirms every step and does everything at the cell."""
+    return Person(lambda one: True, line.happen, lambda text: None)
 
 
 @pytest.mark.parametrize(("name", "key", "value"), CASES)
@@ -173,7 +136,7 @@ def test_every_key_that_a_question_decides_is_rehearsed() -> None:
     }
 
 
-def test_of_two_readings_that_look_the_same_neither_is_confirmed() -> None:
+def test_two_readings_that_look_alike_stay_open() -> None:
     """0x0100 is shown by a controller that never skips it, and by one that skips it where short."""
     outcome = rehearsed("command-times", skip_run_status="never")
     mine = [one for one in outcome.findings["command-times"] if one.knob == "skip_run_status"]
@@ -197,7 +160,7 @@ def test_a_whole_probe_confirms_what_is_as_assumed_and_leaves_the_robot_as_it_wa
     line = StationLine(RobotConfig(scara_robots=(2,)))
     _prepare(line)
     before = list(line.controller.positions)
-    outcome = probe(line, questions(), Person(lambda one: True, line.happen, lambda text: None))
+    outcome = probe(line, questions(), _agreed(line))
     assert line.closed
     assert outcome.skipped == {"position-flags": "the arm has no state to show"}
     kinds = {one.rule.id: one.verdict for one in verdicts(outcome)}
@@ -218,7 +181,7 @@ def test_a_rule_without_a_key_is_refuted_by_a_controller_that_is_another() -> No
 
 
 def test_nothing_moves_without_a_word_for_that_step() -> None:
-    """Whoever confirms no step of risk 3 has a robot whose servos never went ON."""
+    """Without a confirmed step of risk 3 the servos never go ON."""
     line = StationLine(RobotConfig())
     servos: list[bool] = []
     step = line.wait
@@ -236,7 +199,7 @@ def test_nothing_moves_without_a_word_for_that_step() -> None:
     assert all(outcome.skipped[name] == "not confirmed" for name in motion)
 
 
-def test_what_only_reads_leaves_all_dedicated_inputs_off() -> None:
+def test_reading_leaves_all_dedicated_inputs_off() -> None:
     line = StationLine(RobotConfig())
     sent: list[bytes] = []
     write = line.write
@@ -247,7 +210,7 @@ def test_what_only_reads_leaves_all_dedicated_inputs_off() -> None:
 
     line.write = watched  # type: ignore[method-assign]
     asked = [one for one in questions() if one.risk is Risk.READING]
-    probe(line, asked, Person(lambda one: True, line.happen, lambda text: None))
+    probe(line, asked, _agreed(line))
     assert len(sent) > 50
     assert not any(any(area[32:]) for area in sent)
 
@@ -275,7 +238,7 @@ def test_a_controller_that_gives_no_end_decides_nothing() -> None:
         assert outcome.skipped[name] == "the status is 16#0100 without a command, 3 s long"
 
 
-def test_where_there_was_no_connection_none_is_called_lost() -> None:
+def test_a_connection_that_never_was_is_not_lost() -> None:
     """Nor where the controller is busy."""
     asked = [question("versions")]
     person = Person(lambda one: True, lambda text, event: False, lambda text: None)
@@ -294,8 +257,7 @@ def test_a_lost_connection_ends_it_with_what_was_found_so_far(tmp_path: Path) ->
     line = StationLine(RobotConfig())
     line.lost_after_us = 6_000_000
     trace = tmp_path / "probe.jsonl"
-    person = Person(lambda one: True, line.happen, lambda text: None)
-    outcome = probe(line, questions(), person, trace)
+    outcome = probe(line, questions(), _agreed(line), trace)
     assert line.closed
     assert outcome.ended == "the connection is lost: no packets come any more"
     assert outcome.findings["versions"]
@@ -334,23 +296,21 @@ def test_ctrl_c_in_a_step_with_inputs_on_turns_them_off_first() -> None:
 
     line.read = reading  # type: ignore[method-assign]
     asked = [question("emergency-stop")]
-    probe(line, asked, Person(lambda one: True, line.happen, lambda text: None))
+    probe(line, asked, _agreed(line))
     assert any(line.sent_last)
     assert line.closed
     assert line.read_inputs() == bytes(SIZE)
 
 
-def test_a_controller_with_its_servos_on_is_asked_nothing_that_keeps_them_off() -> None:
+def test_with_servos_on_no_question_turns_them_off() -> None:
     line = StationLine(RobotConfig())
     line.controller.hold("SO02")
     line.controller.force("SO02", 1)
-    outcome = probe(
-        line, [question("emergency-stop")], Person(lambda one: True, line.happen, lambda text: None)
-    )
+    outcome = probe(line, [question("emergency-stop")], _agreed(line))
     assert outcome.skipped == {"emergency-stop": "the servos are ON although SI(00) is OFF"}
 
 
-def test_who_will_not_do_something_at_the_cell_leaves_the_question_open() -> None:
+def test_a_refused_action_leaves_its_question_open() -> None:
     line = StationLine(RobotConfig())
     person = Person(lambda one: True, lambda text, event: False, lambda text: None)
     outcome = probe(line, [question("pendant")], person)

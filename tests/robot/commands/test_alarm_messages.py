@@ -42,11 +42,7 @@ def test_the_place_of_a_network_alarm_is_the_slot_of_its_unit() -> None:
 
 
 def test_messages_that_are_not_there_are_empty() -> None:
-    """Or an alarm; 1 to 500 are the numbers.
-
-    Rule: messages.
-    Source: remote command guide 4.7.7
-    """
+    """Or an alarm; 1 to 500 are the numbers. Rule: messages. Source: remote command guide 4.7.7."""
     assert powered_up().execute(MESSAGE, 0, 500) == NORMAL_END
     master = powered_up(undefined_data_alarm="9.9")
     assert master.execute(MESSAGE, 0, 1) == abnormal_end("9.9")
@@ -70,10 +66,7 @@ def test_the_example_shows_the_soft_limit_of_axis_1_as_the_latest_alarm() -> Non
 
 @pytest.mark.parametrize("code", [0x0003, 0x0020, 0x0021])
 def test_a_soft_limit_names_the_axis_of_lines_and_jogs(code: int) -> None:
-    """Axis 2 of robot 2: place 0x0002, detail 0x0102.
-
-    Rule: alarm-places.
-    """
+    """Axis 2 of robot 2: place 0x0002, detail 0x0102. Rule: alarm-places."""
     axes = (Axis(), *[Axis(robot=2, soft_low=-100, soft_high=high) for high in (900_000, 100)])
     master = powered_up(axes=axes, manual_speed=100)
     master.pulse("SI01")

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from rcx_harness.robot import RobotConfig
 from robot_master import NORMAL_END, Master, abnormal_end, powered_up
-from structured_text.errors import InputError
 
 READ_DATE, READ_TIME, SET_DATE, SET_TIME = 0x511, 0x512, 0x602, 0x603
 #: Milliseconds that pass from one command to the next.
@@ -26,17 +22,6 @@ def _pass(master: Master, ms: int) -> None:
     """Let virtual time pass, without the cycles in between."""
     master.now_us += ms * 1000
     master.run(5)
-
-
-def test_the_examples_show_the_date_and_the_time() -> None:
-    """2014-01-01, 10:59:59, in the first second after power-on.
-
-    Rule: clock.
-    Source: remote command guide 4.7.13, 4.7.14
-    """
-    master = powered_up()
-    assert master.execute(0x0511) == (0x0200, 0, 0x000E, 1, 1, *(0,) * 11)
-    assert master.execute(0x0512) == (0x0200, 0, 0x000A, 0x003B, 0x003B, *(0,) * 11)
 
 
 def test_the_examples_set_the_date_and_the_time() -> None:
@@ -101,39 +86,7 @@ def test_dates_of_2000_to_2099_can_be_set(date: tuple[int, int, int]) -> None:
 
 @pytest.mark.parametrize("date", [(25, 2, 29), (24, 2, 30), (25, 4, 31)])
 def test_a_day_that_does_not_exist_is_refused(date: tuple[int, int, int]) -> None:
-    """The date stays.
-
-    Rule: clock.
-    """
+    """The date stays. Rule: clock."""
     master = powered_up(impossible_date_alarm="9.1")
     assert master.execute(SET_DATE, 0, *date) == abnormal_end("9.1")
     assert _read(master, READ_DATE) == (14, 1, 1)
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        (SET_DATE, 0, 100, 1, 1),
-        (SET_DATE, 0, 14, 0, 1),
-        (SET_DATE, 0, 14, 13, 1),
-        (SET_DATE, 0, 14, 1, 0),
-        (SET_DATE, 0, 14, 1, 32),
-        (SET_TIME, 0, 24, 0, 0),
-        (SET_TIME, 0, 0, 60, 0),
-        (SET_TIME, 0, 0, 0, 60),
-    ],
-)
-def test_values_beyond_the_clock_are_refused(words: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.8.1, 4.8.2."""
-    master = powered_up()
-    assert master.execute(*words) == abnormal_end("4.2")
-    assert (_read(master, READ_DATE), _read(master, READ_TIME)) == ((14, 1, 1), (10, 59, 59))
-
-
-@pytest.mark.parametrize("clock", ["2014-01-01", "2014-02-30 10:00:00", "1999-12-31 23:59:59", 14])
-def test_a_wrong_clock_in_the_robot_file_is_refused(clock: object, tmp_path: Path) -> None:
-    file = tmp_path / "robot.toml"
-    file.write_text(f"clock = {clock!r}\n")
-    with pytest.raises(InputError, match="'clock' cannot be") as caught:
-        RobotConfig.load(file)
-    assert "2014-01-01 10:59:59" in caught.value.hint

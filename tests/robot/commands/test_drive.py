@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from movements import ABNORMAL, FORMAT_ERROR, MM, NORMAL, PULSES, low_high, mover
+from movements import ABNORMAL, MM, NORMAL, PULSES, low_high, mover
 from rcx_harness.robot import Axis, Point
 from robot_master import Master
 
@@ -68,51 +68,8 @@ def test_a_point_in_millimetres(code: int) -> None:
     assert master.robot.positions == [1, 2, 6_500 if code == 0x0010 else 7_500, 4]
 
 
-@pytest.mark.parametrize("code", EVERY)
-@pytest.mark.parametrize(
-    ("flags", "axes", "expected"),
-    [
-        pytest.param(ONE, 0x0000, FORMAT_ERROR, id="no axis"),
-        pytest.param(ONE, 0x0003, FORMAT_ERROR, id="two axes"),
-        pytest.param(ONE, 0x0044, FORMAT_ERROR, id="bit 6 is fixed 0"),
-        pytest.param(0x0000, AXIS_3, FORMAT_ERROR, id="flag bit 0 is fixed 1"),
-        pytest.param(ONE | 0x0020, AXIS_3, FORMAT_ERROR, id="flag bit 5 is fixed 0"),
-        pytest.param(ONE | 0x0006, AXIS_3, FORMAT_ERROR, id="speed flag 11"),
-        pytest.param(ONE | 0xC000, AXIS_3, FORMAT_ERROR, id="both position outputs"),
-        pytest.param(ONE, 0x0010, (ABNORMAL, 6, 4), id="axis 5 is not there"),
-    ],
-)
-def test_only_one_axis_can_be_specified(
-    code: int, flags: int, axes: int, expected: tuple[int, ...]
-) -> None:
-    """Rule: one-axis, both-outputs, other-alarms.
-
-    Source: remote command guide 4.2.3 and 4.2.4, tt
-    """
-    master = _mover(no_axis_alarm="6.4", points={0: Point()})
-    assert master.execute(code, flags, axes, 1)[:3] == expected
-    assert master.robot.positions == [1, 2, 1_000, 4]
-
-
-@pytest.mark.parametrize("code", [0x0010, 0x0014])
-def test_a_point_that_is_not_defined_moves_no_axis(code: int) -> None:
-    """Rule: other-alarms."""
-    master = _mover(undefined_point_alarm="6.5")
-    assert master.execute(code, ONE, AXIS_3, 0, 20)[:3] == (ABNORMAL, 6, 5)
-
-
-@pytest.mark.parametrize("code", [0x0013, 0x0017])
-def test_the_axis_stays_within_its_soft_limits(code: int) -> None:
-    """Rule: soft-limit."""
-    master = _mover()
-    assert master.execute(code, ONE, AXIS_3, 0, *low_high(1_000_001))[:3] == (ABNORMAL, 2, 334)
-
-
 def test_only_the_axis_that_moves_counts_against_the_soft_limits() -> None:
-    """The point lies outside for axis 1.
-
-    Source: remote command guide 4.2.3, point designation
-    """
+    """The point lies outside for axis 1. Source: remote command guide 4.2.3, point designation."""
     master = _mover(axes=(Axis(soft_high=100), Axis(), Axis(), Axis()))
     assert master.execute(0x0010, ONE, AXIS_3, 0, 19)[0] == NORMAL
     assert master.robot.positions == [0, 0, 13_000, 0]
@@ -127,9 +84,7 @@ RELATIVE = [
 
 @pytest.mark.parametrize("words", RELATIVE)
 @pytest.mark.parametrize("start_position", ["keep", "reset"])
-def test_an_interrupted_drivei_goes_on_or_starts_anew(
-    words: tuple[int, ...], start_position: str
-) -> None:
+def test_drivei_goes_on_or_starts_anew(words: tuple[int, ...], start_position: str) -> None:
     """13 000 pulses at 100 000/s take 0.15 s; it is stopped after 50 ms.
 
     Rule: movei-keep.

@@ -38,7 +38,7 @@ def test_each_of_the_116_codes_is_known_and_has_its_round_trips() -> None:
 
 
 @every_code
-def test_what_the_command_does_is_found_afterwards(code: int) -> None:
+def test_the_effect_of_the_command_is_found_afterwards(code: int) -> None:
     """Source: remote command guide 4.2 to 4.9."""
     for trip in _trips(code):
         assert run_trip(trip) == trip.expected
@@ -57,9 +57,7 @@ class _Nothing:
 
 
 @every_code
-def test_the_round_trip_fails_where_the_command_does_nothing(
-    code: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_round_trip_needs_its_command(code: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every code is needed for what its round trips find."""
 
     def start(machine: Machine, call: Call) -> Execution:

@@ -11,7 +11,7 @@ import pytest
 
 from rcx_harness.robot import Axis
 from rcx_harness.robot.stored import Hand
-from robot_master import Master, abnormal_end
+from robot_master import Master, abnormal_end, servos_on
 
 PULSES, CARTESIAN, TOOL = 0x0024, 0x0025, 0x0026
 FRAMES = [PULSES, CARTESIAN, TOOL]
@@ -21,25 +21,9 @@ MINUS = 0x0080
 
 def _incher(amount: int, **config: Any) -> Master:
     """Servos on, the amount set by command for robot 1."""
-    master = Master(**config)
-    master.servo_on()
+    master = servos_on(**config)
     assert master.execute(0x0027, 0, amount)[0] == 0x0200
     return master
-
-
-@pytest.mark.parametrize(
-    ("code", "flag"), [(PULSES, PULSE_OUTPUT), (CARTESIAN, MM_OUTPUT), (TOOL, MM_OUTPUT)]
-)
-def test_inching_of_axis_2_by_50_as_in_the_examples(code: int, flag: int) -> None:
-    """From -173 to -123 pulses; 50 are 0.050 mm.
-
-    Source: remote command guide 4.2.7, examples
-    """
-    starts = (12_345, -173, 2_000, 0)
-    master = _incher(50, axes=tuple(Axis(start=start) for start in starts))
-    answer = master.execute(code, flag, 0x0002)
-    data = (0x3039, 0x0000, 0xFF85, 0xFFFF, 0x07D0, 0x0000)
-    assert answer == (0x0200, 0, 0, 0, *data, *(0,) * 6)
 
 
 @pytest.mark.parametrize(
@@ -93,10 +77,7 @@ def test_inching_is_done_with_the_manual_movement_speed(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize(("direction", "start"), [(0, 499_901), (MINUS, -599_901)])
 def test_inching_beyond_a_soft_limit_does_not_start(code: int, direction: int, start: int) -> None:
-    """One pulse too far ends in 2.334; exactly to the limit is possible.
-
-    Rule: soft-limit.
-    """
+    """One pulse too far ends in 2.334; exactly to the limit is possible. Rule: soft-limit."""
     axes = (Axis(), Axis(start=start, soft_low=-600_000, soft_high=500_000))
     master = _incher(100, axes=axes)
     assert master.execute(code, PULSE_OUTPUT, 0x0002 | direction) == abnormal_end("2.334")
@@ -106,46 +87,14 @@ def test_inching_beyond_a_soft_limit_does_not_start(code: int, direction: int, s
 
 
 @pytest.mark.parametrize("code", FRAMES)
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param((0, 0x0003), id="two axes"),
-        pytest.param((0, 0x0000), id="no axis"),
-        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
-        pytest.param((0, 0x8001), id="axis bit 15 is fixed 0"),
-        pytest.param((0x0001, 0x0001), id="flag bit 0 is fixed 0"),
-        pytest.param((0xC000, 0x0001), id="both position outputs"),
-        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
-    ],
-)
-def test_only_one_axis_can_be_specified_and_the_rest_is_fixed_0(
-    code: int, words: tuple[int, ...]
-) -> None:
-    """Source: remote command guide 4.2.7, command table."""
-    master = _incher(100)
-    assert master.execute(code, *words) == abnormal_end("4.2")
-    assert master.robot.positions == [0, 0, 0, 0]
-
-
-@pytest.mark.parametrize("code", FRAMES)
 def test_inching_that_the_stop_input_stops_shows_no_position(code: int) -> None:
-    """Only a jog does.
-
-    Source: remote command guide 4.2.7, abnormal end
-    """
+    """Only a jog does. Source: remote command guide 4.2.7, abnormal end."""
     master = _incher(10_000, manual_speed=1)
     master.send(code, PULSE_OUTPUT, 0x0001)
     master.run(500)
     master.turn_and_wait("SI06", False, 5)
     assert master.words == abnormal_end("12.400")
     assert master.robot.positions[0] == 4_990  # 10 in the first 2 ms, then 498 ms at 10/ms
-
-
-@pytest.mark.parametrize("code", FRAMES)
-def test_inching_of_an_axis_that_is_not_there(code: int) -> None:
-    """Rule: other-alarms."""
-    master = _incher(100, no_axis_alarm="6.4")
-    assert master.execute(code, 0, 0x0020) == abnormal_end("6.4")
 
 
 @pytest.mark.parametrize(("code", "expected"), [(CARTESIAN, [71, 71]), (TOOL, [0, 100])])

@@ -75,30 +75,6 @@ def test_with_the_motor_power_alone_nothing_moves() -> None:
     assert master.execute(0x0001, 0, 0, 0, 19)[0] == 0x0200
 
 
-@pytest.mark.parametrize("code", [OFF, ON, PWR])
-@pytest.mark.parametrize("at", [1, 2, 15])
-def test_words_that_are_not_used_must_be_0(code: int, at: int) -> None:
-    """N+2 to n+30; axis designations are not possible.
-
-    Source: remote command guide 4.2.20
-    """
-    master = powered_up()
-    words = [code] + [0] * 15
-    words[at] = 1
-    assert master.execute(*words) == abnormal_end("4.2")
-    assert not master.on("SO02")
-
-
-@pytest.mark.parametrize("code", [OFF, ON, PWR])
-def test_the_motor_power_command_designates_no_robot(code: int) -> None:
-    """Bits 15 to 12 belong to the code.
-
-    Source: remote command guide 4.2.20
-    """
-    master = powered_up(undefined_code_alarm="1.2")
-    assert master.execute(code | 0x1000) == abnormal_end("1.2")
-
-
 @pytest.mark.parametrize("code", [ON, PWR])
 def test_the_motor_power_does_not_come_on_in_emergency_stop(code: int) -> None:
     """Rule: servo-on-command."""
@@ -109,10 +85,7 @@ def test_the_motor_power_does_not_come_on_in_emergency_stop(code: int) -> None:
 
 
 def test_the_motor_power_takes_its_time() -> None:
-    """50 ms, and the cycle that takes the command.
-
-    Rule: servo-on-command.
-    """
+    """50 ms, and the cycle that takes the command. Rule: servo-on-command."""
     master = powered_up(servo_on_delay=50)
     master.send(ON)
     master.run(50)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from movements import ABNORMAL, FORMAT_ERROR, low_high, mover, way_of
+from movements import low_high, mover, way_of
 from rcx_harness.robot import Axis, Point
 
 ARCH_POINT = Point((50_000, -25_000, 20_000, 0, 0, 0))
@@ -62,47 +62,9 @@ def test_an_arch_axis_that_is_not_designated_comes_back() -> None:
     ("knob", "distance", "low"), [(False, 0, 0), (True, 0, 8_000), (True, 3_000, 3_000)]
 )
 def test_an_arch_distance_of_0_is_0_or_the_parameter(knob: bool, distance: int, low: int) -> None:
-    """ARCHP1 of axis 3 is 8000 pulses.
-
-    Rule: arch-distances.
-    """
+    """ARCHP1 of axis 3 is 8000 pulses. Rule: arch-distances."""
     parameters = {"ARCHP1": (1, 1, 8_000, 1)}
     master = mover(points={19: ARCH_POINT}, parameters=parameters, arch_zero_is_parameter=knob)
     way = way_of(master, *_arch_words(0, 0x0400, 40_000, distance, 0))
     first = next(at for at in way if at[0] > 0)
     assert low <= first[2] <= low + 1_000
-
-
-@pytest.mark.parametrize(
-    ("axes", "position", "first", "expected"),
-    [
-        pytest.param(0x0000, 0, 0, FORMAT_ERROR, id="no arch axis"),
-        pytest.param(0x0C00, 0, 0, FORMAT_ERROR, id="two arch axes"),
-        pytest.param(0x4000, 0, 0, FORMAT_ERROR, id="bit 14 is fixed 0"),
-        pytest.param(0x0040, 0, 0, FORMAT_ERROR, id="bit 6 is fixed 0"),
-        pytest.param(0x2000, 0, 0, (ABNORMAL, 6, 4), id="axis 6 is not there"),
-        pytest.param(0x0400, 0, -1, FORMAT_ERROR, id="negative distance"),
-        pytest.param(0x0400, 1_000_001, 0, (ABNORMAL, 2, 334), id="beyond the soft limit"),
-    ],
-)
-def test_arch_data_that_cannot_be(
-    axes: int, position: int, first: int, expected: tuple[int, ...]
-) -> None:
-    """Only one arch axis may be specified; the arch position is within the soft limits.
-
-    Rule: arch-distances, soft-limit.
-    Source: remote command guide 4.2.1, arch designation, uu
-    """
-    master = mover(points={19: ARCH_POINT}, no_axis_alarm="6.4")
-    words = _arch_words(0, axes, position, first, 0)
-    assert master.execute(*words)[:3] == expected
-    assert master.robot.positions == [0, 0, 0, 0]
-
-
-def test_arch_has_no_acceleration_designation() -> None:
-    """Bits 5 and 6 are fixed 0 there.
-
-    Source: remote command guide 4.2.1, arch designation, n+2
-    """
-    master = mover(points={19: ARCH_POINT})
-    assert master.execute(*_arch_words(0x0020, 0x0400, 0, 0, 0))[:3] == FORMAT_ERROR

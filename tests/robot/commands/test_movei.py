@@ -8,7 +8,7 @@ import pytest
 
 from movements import ABNORMAL, FORMAT_ERROR, MM, NORMAL, PULSES, low_high, mover
 from rcx_harness.robot import Axis, Point
-from robot_master import Master
+from robot_master import Master, servos_on
 
 FAR = Point((100_000, -50_000, 0, 0, 0, 0))
 
@@ -117,13 +117,8 @@ def test_an_interrupted_movei_goes_on_to_its_original_target(words: tuple[int, .
 
 
 @pytest.mark.parametrize("words", COMMANDS)
-def test_an_interrupted_movei_starts_anew_where_the_start_position_is_reset(
-    words: tuple[int, ...],
-) -> None:
-    """Rule: movei-keep, movei-start.
-
-    Source: remote command guide 4.2.2, note
-    """
+def test_movei_starts_anew_if_its_start_position_is_reset(words: tuple[int, ...]) -> None:
+    """Rule: movei-keep, movei-start. Source: remote command guide 4.2.2, note."""
     master = _mover(movei_start_position="reset")
     stands = _interrupt(master, *words)
     assert master.execute(*words)[0] == NORMAL
@@ -147,48 +142,14 @@ def test_an_interrupted_movei_goes_on_at_another_speed_and_after_a_second_interr
         pytest.param((0x0009, 1, 0x0001, 0, 19), 100_000, id="other axes"),
     ],
 )
-def test_another_movement_in_between_makes_movei_start_anew(
-    words: tuple[int, ...], way: int
-) -> None:
-    """That movement starts from where the robot is, too.
-
-    Rule: movei-start.
-    """
+def test_movei_starts_anew_after_another_movement(words: tuple[int, ...], way: int) -> None:
+    """That movement starts from where the robot is, too. Rule: movei-start."""
     master = _mover()
     stands = _interrupt(master, 0x0009, 0x0004, 0, 20, 19)
     assert master.execute(*words)[0] == NORMAL
     assert master.robot.positions[0] == stands + way
     assert master.execute(0x0009, 0, 0, 0, 19)[0] == NORMAL
     assert master.robot.positions[0] == stands + way + 100_000
-
-
-def test_an_emergency_stop_interrupts_movei_as_well() -> None:
-    """Rule: movei-start.
-
-    Source: remote command guide 4.2.2, note
-    """
-    master = _mover()
-    master.send(0x0009, 0x0004, 0, 20, 19)
-    master.run(200)
-    master.turn_and_wait("SI00", False)
-    assert master.words[:3] == (ABNORMAL, 0x000C, 0x0258)
-    master.send()
-    master.turn_and_wait("SI00", True)
-    master.pulse("SI16")
-    master.pulse("SI01")
-    assert master.execute(0x0009, 0, 0, 0, 19)[0] == NORMAL
-    assert master.robot.positions[:2] == [100_000, -50_000]
-
-
-def test_the_target_of_movei_is_within_the_soft_limits() -> None:
-    """100 000 twice is beyond 150 000.
-
-    Rule: soft-limit.
-    """
-    master = _mover(axes=(Axis(soft_high=150_000), Axis()))
-    assert master.execute(0x0009, 0, 0, 0, 19)[0] == NORMAL
-    assert master.execute(0x0009, 0, 0, 0, 19)[:3] == (ABNORMAL, 2, 334)
-    assert master.robot.positions == [100_000, -50_000]
 
 
 def test_movei_takes_the_hand_system() -> None:
@@ -201,42 +162,20 @@ def test_movei_takes_the_hand_system() -> None:
     assert master.robot.machine.settings.of(1).arm_status == 1
 
 
-@pytest.mark.parametrize("code", [0x0009, 0x000A, 0x000E, 0x000F])
-def test_what_movei_refuses(code: int) -> None:
-    """Both position outputs, an axis flag without an axis, an absent axis.
-
-    Rule: both-outputs, other-alarms.
-    Source: remote command guide 4.2.2
-    """
-    master = _mover(no_axis_alarm="6.4")
-    assert master.execute(code, 0xC000)[:3] == FORMAT_ERROR
-    assert master.execute(code, 1, 0)[:3] == FORMAT_ERROR
-    assert master.execute(code, 1, 0x0010)[:3] == (ABNORMAL, 6, 4)
-
-
-@pytest.mark.parametrize("code", [0x0009, 0x000A])
-def test_movei_to_a_point_that_is_not_defined(code: int) -> None:
-    """Rule: other-alarms."""
-    master = _mover(undefined_point_alarm="6.5")
-    assert master.execute(code, 0, 0, 0, 77)[:3] == (ABNORMAL, 6, 5)
-
-
 @pytest.mark.parametrize("stopped", [False, True])
 def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -> None:
     """The next one is taken though the axis still creeps, and a stop now interrupts nothing.
 
     Rule: arrival, relative-kept, robots-move.
     """
-    master = Master(end_in_tolerance=True, axes=(Axis(max_acceleration=10_000.0),))
-    master.servo_on()
+    master = servos_on(end_in_tolerance=True, axes=(Axis(max_acceleration=10_000.0),))
     assert master.execute(0x0100, 0, 1, 0, 1000)[0] == 0x0200
     movei = (0x0009, 0, 0, 0, 1)
     master.send(*movei)
     assert master.finish()[0] == 0x0200
     assert master.robot.positions[0] < 1000
     if stopped:
-        master.turn_and_wait("SI06", False)
-        master.turn_and_wait("SI06", True)
+        master.drop("SI06")
     master.send()
     master.run(5)
     here = master.robot.positions[0]

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from movements import ABNORMAL, FORMAT_ERROR, MM, NORMAL, mover, way_of
+from movements import MM, NORMAL, mover, way_of
 from rcx_harness.robot import Axis, Point
 from rcx_harness.robot.stored import Hand
 from robot_master import Master
@@ -61,10 +61,7 @@ def test_the_specified_axes_are_those_of_the_tool(code: int) -> None:
 
 
 def test_a_point_in_pulses_is_a_way_of_each_axis() -> None:
-    """500 pulses of axis 2 are 1 mm.
-
-    Rule: movet.
-    """
+    """500 pulses of axis 2 are 1 mm. Rule: movet."""
     master = _mover(points={19: Point((2_000, 500, 0, 0, 0, 0))})
     assert master.execute(0x0044, 0, 0, 0, 19)[0] == NORMAL
     assert master.robot.positions == [3_000, 500, 0, 90_000]
@@ -82,34 +79,3 @@ def test_the_line_of_the_tool_is_straight() -> None:
     assert len(seen) > 50
     assert all(at[0] == 0 for at in seen)
     assert master.robot.positions == [0, 42_426, 0, 45_000]  # 30 000 times the root of 2
-
-
-def test_speed_in_mm_per_second_with_linear_interpolation_only() -> None:
-    """Source: remote command guide 4.2.21, bb."""
-    master = _mover()
-    assert master.execute(0x0045, 0x0006, 0, 200, 19)[0] == NORMAL
-    assert master.execute(0x0044, 0x0006, 0, 200, 19)[:3] == FORMAT_ERROR
-
-
-@pytest.mark.parametrize("code", [0x0044, 0x0045])
-@pytest.mark.parametrize(
-    ("data", "expected"),
-    [
-        pytest.param((0xC000, 0, 0, 19), FORMAT_ERROR, id="both position outputs"),
-        pytest.param((1, 0, 0, 19), FORMAT_ERROR, id="axis flag without an axis"),
-        pytest.param((0, 0, 0, 30000), FORMAT_ERROR, id="point 30000"),
-        pytest.param((0x0008, 0, 0, 19), FORMAT_ERROR, id="flag bit 3 is fixed 0"),
-        pytest.param((0, 0, 0, 20), (ABNORMAL, 6, 5), id="no such point"),
-        pytest.param((1, 0x0020, 0, 19), (ABNORMAL, 6, 4), id="axis 6 is not there"),
-        pytest.param((0, 0, 0, 21), (ABNORMAL, 2, 334), id="beyond the soft limit"),
-    ],
-)
-def test_what_movet_refuses(code: int, data: tuple[int, ...], expected: tuple[int, ...]) -> None:
-    """Rule: both-outputs, other-alarms, soft-limit.
-
-    Source: remote command guide 4.2.21
-    """
-    points = {19: POINT, 21: Point((1_000_000, 0, 0, 0, 0, 0), mm=True)}
-    master = _mover(points=points, no_axis_alarm="6.4", undefined_point_alarm="6.5")
-    assert master.execute(code, *data)[:3] == expected
-    assert master.robot.positions == [1_000, 0, 0, 90_000]

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, servos_on
 
 MOVE, RESET, ROBOT, AXIS = 0x0030, 0x0031, 0x0032, 0x0033
 #: Quarter rotations every 1000 pulses.
@@ -18,9 +18,7 @@ SEMI = Axis(start=700, type="semi_absolute")
 
 def _master(*axes: Axis, **config: Any) -> Master:
     """Servos on; each group of axes takes 200 ms to its origin."""
-    master = Master(axes=axes, origin_time=200, **config)
-    master.servo_on()
-    return master
+    return servos_on(axes=axes, origin_time=200, **config)
 
 
 # The absolute reset movement
@@ -54,10 +52,7 @@ def test_the_axis_moves_to_the_nearest_position_where_absolute_reset_can_be_exec
 
 
 def test_a_motor_has_16384_pulses_per_rotation_unless_the_robot_file_says_otherwise() -> None:
-    """A quarter of it is 4096.
-
-    Rule: absolute-reset-model.
-    """
+    """A quarter of it is 4096. Rule: absolute-reset-model."""
     master = _master(Axis(origin_method="mark", start=1))
     assert master.execute(MOVE, 0, 0x0001) == NORMAL_END
     assert master.robot.positions == [4096]
@@ -86,49 +81,6 @@ def test_the_movement_is_made_at_manual_speed() -> None:
     assert master.robot.positions == [0]
 
 
-def test_only_a_mark_method_axis_is_moved() -> None:
-    """Rule: absolute-reset-model.
-
-    Source: remote command guide 4.2.10
-    """
-    master = _master(ABSOLUTE, MARK, origin_method_alarm="1.3")
-    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("1.3")
-    assert master.robot.positions == [700, 1300]
-
-
-@pytest.mark.parametrize(
-    "data",
-    [
-        pytest.param((0, 0), id="no axis"),
-        pytest.param((0, 0x0080), id="a direction without an axis"),
-        pytest.param((0, 0x0003), id="two axes"),
-        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
-        pytest.param((0, 0x0101), id="axis bit 8 is fixed 0"),
-        pytest.param((1, 0x0001), id="n+2 is not used"),
-        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
-    ],
-)
-def test_a_wrong_absolute_reset_movement_telegram_moves_nothing(data: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.2.10."""
-    master = _master(MARK, MARK)
-    assert master.execute(MOVE, *data) == abnormal_end("4.2")
-    assert master.robot.positions == [1300, 1300]
-
-
-def test_the_movement_needs_the_servo_and_no_stop() -> None:
-    """Source: remote command guide 1.2."""
-    master = _master(MARK, servo_off_alarm="1.5")
-    master.execute(0x0035)
-    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("1.5")
-    master.execute(0x0034)
-    master.turn_and_wait("SI06", False)
-    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("12.400")
-    master.turn_and_wait("SI06", True)
-    master.turn_and_wait("SI00", False)
-    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("12.600")
-    assert master.robot.positions == [1300]
-
-
 # The absolute reset
 
 
@@ -146,45 +98,19 @@ def test_absolute_reset_of_axis_2_of_robot_1() -> None:
 
 
 def test_the_axis_must_be_at_a_position_where_absolute_reset_is_possible() -> None:
-    """Rule: absolute-reset, absolute-reset-model.
-
-    Source: remote command guide 4.2.11
-    """
+    """Rule: absolute-reset, absolute-reset-model. Source: remote command guide 4.2.11."""
     master = _master(MARK, origin_complete=False, absolute_reset_alarm="1.1")
     assert master.execute(RESET, 0, 0x0001) == abnormal_end("1.1")
     assert master.robot.origins == [False]
     assert master.robot.positions == [1300]
 
 
-def test_absolute_reset_can_be_used_only_for_a_mark_type_axis() -> None:
-    """Rule: absolute-reset-model.
-
-    Source: remote command guide 4.2.11
-    """
-    master = _master(Axis(), origin_complete=False, origin_method_alarm="1.3")
-    assert master.execute(RESET, 0, 0x0001) == abnormal_end("1.3")
-    assert master.robot.origins == [False]
-
-
-@pytest.mark.parametrize(
-    "data",
-    [
-        pytest.param((0, 0), id="an error occurs if no axis has been specified"),
-        pytest.param((0, 0x0003), id="two axes"),
-        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
-        pytest.param((0, 0x0081), id="there is no direction"),
-        pytest.param((1, 0x0001), id="n+2 is not used"),
-        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
-    ],
-)
-@pytest.mark.parametrize("code", [RESET, AXIS])
-def test_a_telegram_without_exactly_one_axis_is_refused(code: int, data: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.2.11, 4.2.12."""
-    master = _master(MARK, MARK, origin_complete=False)
-    master.robot.positions[:] = [1000, 1000]
-    assert master.execute(code, *data) == abnormal_end("4.2")
-    assert master.robot.origins == [False, False]
-    assert master.robot.positions == [1000, 1000]
+@pytest.mark.parametrize("code", [MOVE, RESET])
+def test_absolute_reset_and_its_movement_are_for_mark_type_axes_only(code: int) -> None:
+    """Rule: absolute-reset-model. Source: remote command guide 4.2.10, 4.2.11."""
+    master = _master(ABSOLUTE, origin_complete=False, origin_method_alarm="1.3")
+    assert master.execute(code, 0, 0x0001) == abnormal_end("1.3")
+    assert (master.robot.origins, master.robot.positions) == ([False], [700])
 
 
 @pytest.mark.parametrize("code", [MOVE, RESET, AXIS])
@@ -230,10 +156,7 @@ def test_semi_absolute_axes_belong_to_neither_type_if_the_robot_file_says_so() -
 
 
 def test_the_incomplete_flag_moves_only_the_axes_without_origin() -> None:
-    """Rule: origin-command.
-
-    Source: remote command guide 4.2.12, robot units, c
-    """
+    """Rule: origin-command. Source: remote command guide 4.2.12, robot units, c."""
     master = _master(ABSOLUTE, ABSOLUTE, INCREMENTAL, INCREMENTAL)
     master.robot.origins[:] = [True, False, False, True]
     assert master.execute(ROBOT, 0x0008) == NORMAL_END
@@ -245,13 +168,8 @@ def test_the_incomplete_flag_moves_only_the_axes_without_origin() -> None:
     ("code", "positions"),
     [(0x0032, [0, 0, 0]), (0x1032, [0, 700, 700]), (0x2032, [700, 0, 700])],
 )
-def test_without_a_robot_number_a_return_to_origin_is_performed_at_all_robots(
-    code: int, positions: list[int]
-) -> None:
-    """Rule: origin-command.
-
-    Source: remote command guide 4.2.12, robot units, R
-    """
+def test_robot_0_returns_all_robots_to_their_origin(code: int, positions: list[int]) -> None:
+    """Rule: origin-command. Source: remote command guide 4.2.12, robot units, R."""
     axes = [Axis(start=700, robot=robot) for robot in (1, 2, 3)]
     master = _master(*axes)
     assert master.execute(code) == NORMAL_END
@@ -259,28 +177,13 @@ def test_without_a_robot_number_a_return_to_origin_is_performed_at_all_robots(
 
 
 def test_absolute_axes_return_first_then_the_others() -> None:
-    """200 ms each, and the cycle that takes the command.
-
-    Rule: origin-command-axes.
-    """
+    """200 ms each, and the cycle that takes the command. Rule: origin-command-axes."""
     master = _master(INCREMENTAL, ABSOLUTE)
     master.send(ROBOT)
     master.run(205)
     assert (master.status, master.robot.positions) == (0x0100, [700, 0])
     master.run(200)
     assert (master.status, master.robot.positions) == (0x0200, [0, 0])
-
-
-@pytest.mark.parametrize("flags", [0x0006, 0x000A, 0x000C, 0x000E, 0x0001, 0x0010, 0x8000])
-def test_only_one_designation_can_be_enabled(flags: int) -> None:
-    """And every other bit is fixed 0.
-
-    Source: remote command guide 4.2.12, robot units
-    """
-    master = _master(ABSOLUTE, INCREMENTAL)
-    assert master.execute(ROBOT, flags) == abnormal_end("4.2")
-    assert master.execute(ROBOT, 0, 1) == abnormal_end("4.2")
-    assert master.robot.positions == [700, 700]
 
 
 def test_with_no_axis_to_move_the_command_ends_normally() -> None:
@@ -311,37 +214,31 @@ def test_mark_method_axes_do_not_take_part_in_a_return_to_origin() -> None:
 # The return-to-origin in axis units
 
 
-def test_return_to_origin_of_axis_1_of_robot_1() -> None:
-    """The printed example.
-
-    Rule: origin-command.
-    Source: remote command guide 4.2.12, axis units
-    """
-    master = _master(ABSOLUTE, ABSOLUTE, origin_complete=False)
+def test_a_return_to_origin_of_one_axis_is_performed_at_robot_1_if_no_robot_is_specified() -> None:
+    """Rule: origin-command. Source: remote command guide 4.2.12, axis units, R."""
+    axes = (ABSOLUTE, ABSOLUTE, Axis(start=700, robot=2), Axis(start=700, robot=2))
+    master = _master(*axes, origin_complete=False)
     assert master.execute(AXIS, 0, 0x0001) == NORMAL_END
-    assert master.robot.positions == [0, 700]
-    assert master.robot.origins == [True, False]
-
-
-def test_return_to_origin_of_an_axis_is_performed_at_robot_1_if_no_robot_is_specified() -> None:
-    """Rule: origin-command.
-
-    Source: remote command guide 4.2.12, axis units, R
-    """
-    master = _master(INCREMENTAL, Axis(start=700, robot=2), Axis(start=700, robot=2))
-    assert master.execute(AXIS, 0, 0x0001) == NORMAL_END
-    assert master.robot.positions == [0, 700, 700]
+    assert master.robot.positions == [0, 700, 700, 700]
+    assert master.robot.origins == [True, False, False, False]
     assert master.execute(AXIS | 0x2000, 0, 0x0002) == NORMAL_END
-    assert master.robot.positions == [0, 700, 0]
+    assert master.robot.positions == [0, 700, 700, 0]
 
 
 # What both need, and what ends them
 
 
-@pytest.mark.parametrize("words", [(ROBOT,), (AXIS, 0, 0x0001)])
-def test_a_return_to_origin_by_command_needs_what_a_movement_needs(words: tuple[int, ...]) -> None:
-    """Rule: origin-command-needs."""
-    master = _master(ABSOLUTE, servo_off_alarm="1.5")
+@pytest.mark.parametrize(
+    ("axis", "words"),
+    [
+        pytest.param(MARK, (MOVE, 0, 0x0001), id="absolute reset movement"),
+        pytest.param(ABSOLUTE, (ROBOT,), id="all axes"),
+        pytest.param(ABSOLUTE, (AXIS, 0, 0x0001), id="one axis"),
+    ],
+)
+def test_these_movements_need_the_servo_and_no_stop(axis: Axis, words: tuple[int, ...]) -> None:
+    """Rule: origin-command-needs. Source: remote command guide 1.2."""
+    master = _master(axis, servo_off_alarm="1.5")
     master.execute(0x0035)
     assert master.execute(*words) == abnormal_end("1.5")
     master.execute(0x0034)
@@ -350,7 +247,7 @@ def test_a_return_to_origin_by_command_needs_what_a_movement_needs(words: tuple[
     master.turn_and_wait("SI06", True)
     master.turn_and_wait("SI00", False)
     assert master.execute(*words) == abnormal_end("12.600")
-    assert master.robot.positions == [700]
+    assert master.robot.positions == [axis.start]
 
 
 @pytest.mark.parametrize(("name", "number"), [("SI06", "12.400"), ("SI00", "12.600")])
@@ -371,10 +268,7 @@ def test_a_stop_ends_a_return_to_origin_by_command(name: str, number: str) -> No
 
 @pytest.mark.parametrize("robot", [1, 2])
 def test_a_return_to_origin_is_refused_while_another_one_is_under_way(robot: int) -> None:
-    """SI(14) moves the axis of robot 1; robot 2 has to wait, too.
-
-    Rule: origin-command-needs.
-    """
+    """SI(14) moves the axis of robot 1; robot 2 has to wait, too. Rule: origin-command-needs."""
     master = _master(INCREMENTAL, Axis(start=700, robot=2), moving_alarm="1.0")
     master.turn_and_wait("SI14", True, 100)
     assert master.execute(AXIS | robot << 12, 0, 0x0001) == abnormal_end("1.0")

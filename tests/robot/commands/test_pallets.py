@@ -6,7 +6,7 @@ import pytest
 
 from rcx_harness.robot import Pallet, Point
 from robot_master import NORMAL_END, abnormal_end
-from stored_data import long_words, power_cycle, ready
+from stored_data import long_words, ready
 
 WRITE, READ, ASSIGN, READ_POINT = 0x0108, 0x0109, 0x0238, 0x0101
 
@@ -26,18 +26,6 @@ BOX = {
 BOX_PALLET = {3: Pallet(3, 2, 3, 200)}
 
 
-def test_the_defined_pallet_is_read_back() -> None:
-    """Source: remote command guide 4.3.3."""
-    master = ready()
-    assert master.execute(WRITE, 0, 10, 10, 15, 1, 100) == NORMAL_END
-    assert master.execute(READ, 0, 10) == (0x0200, 0, 10, 10, 15, 1, 100) + (0,) * 9
-    assert master.execute(WRITE, 0, 0, 1, 1, 1, 0) == NORMAL_END
-    assert master.execute(WRITE, 0, 39, 1, 32767, 1, 29995) == NORMAL_END
-    assert master.execute(READ, 0, 0)[2:7] == (0, 1, 1, 1, 0)
-    assert master.execute(READ, 0, 39)[2:7] == (39, 1, 32767, 1, 29995)
-    assert master.execute(READ, 0, 10)[2:7] == (10, 10, 15, 1, 100)
-
-
 @pytest.mark.parametrize(
     ("counts", "allowed"),
     [
@@ -54,10 +42,7 @@ def test_the_defined_pallet_is_read_back() -> None:
     ],
 )
 def test_a_pallet_has_1_to_32767_positions(counts: tuple[int, ...], allowed: bool) -> None:
-    """Rule: pallet-size.
-
-    Source: remote command guide 4.3.3
-    """
+    """Rule: pallet-size. Source: remote command guide 4.3.3."""
     master = ready()
     assert master.execute(WRITE, 0, 1, *counts, 0) == (
         NORMAL_END if allowed else abnormal_end("4.2")
@@ -119,10 +104,7 @@ def test_all_axes_are_interpolated_and_rounded_in_the_unit_of_the_points() -> No
 
 
 def test_the_result_has_hand_and_arm_rotation_of_the_first_point() -> None:
-    """Rule: point-units.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: point-units. Source: remote command guide 4.4.3."""
     first = Point((0,) * 6, mm=True, hand=2, arm1=1, arm2=-1)
     master = ready(points={0: first, 1: _mm(10)}, pallets={0: Pallet(2, 1, 1, 0)})
     master.execute(ASSIGN, 0, 50, 0, 2)
@@ -130,10 +112,7 @@ def test_the_result_has_hand_and_arm_rotation_of_the_first_point() -> None:
 
 
 def test_points_of_a_direction_with_one_position_need_not_be_defined() -> None:
-    """Rule: work-positions.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: work-positions. Source: remote command guide 4.4.3."""
     master = ready(
         points={0: _mm(1), 2: _mm(3)},
         pallets={0: Pallet(1, 2, 1, 0), 1: Pallet(2, 1, 1, 0)},
@@ -146,10 +125,7 @@ def test_points_of_a_direction_with_one_position_need_not_be_defined() -> None:
 
 
 def test_the_points_of_a_pallet_have_the_same_unit() -> None:
-    """Rule: point-units.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: point-units. Source: remote command guide 4.4.3."""
     master = ready(
         points={0: _mm(), 1: Point()}, pallets={0: Pallet(2, 1, 1, 0)}, point_unit_alarm="6.1"
     )
@@ -185,38 +161,3 @@ def test_the_target_pallet_must_be_defined_and_its_definition_ends_the_work_posi
     assert master.execute(READ, 0, 4) == abnormal_end("6.3")
     assert master.execute(ASSIGN, 0, 50, 3, 19) == abnormal_end("6.4")
     assert master.execute(ASSIGN, 0, 50, 3, 18) == NORMAL_END
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param((WRITE, 1, 1, 1, 1, 1, 0), id="definition: n+2"),
-        pytest.param((WRITE, 0, 40, 1, 1, 1, 0), id="definition: pallet 40"),
-        pytest.param((WRITE, 0, 1, 1, 1, 1, 29996), id="definition: first point 29996"),
-        pytest.param((WRITE, 0, 1, 1, 1, 1, 0, 1), id="definition: n+14"),
-        pytest.param((READ, 0, 40), id="reference: pallet 40"),
-        pytest.param((READ, 0, 3, 1), id="reference: n+6"),
-        pytest.param((ASSIGN, 0, 30000, 3, 1), id="assignment: point 30000"),
-        pytest.param((ASSIGN, 0, 50, 40, 1), id="assignment: pallet 40"),
-        pytest.param((ASSIGN, 0, 50, 3, 0), id="assignment: work position 0"),
-        pytest.param((ASSIGN, 0, 50, 3, 32768), id="assignment: work position 32768"),
-        pytest.param((ASSIGN, 0, 50, 3, 1, 1), id="assignment: n+10"),
-    ],
-)
-def test_a_wrong_telegram_on_pallets_changes_nothing(words: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.3.3, 4.4.3."""
-    master = ready(points=BOX, pallets=BOX_PALLET, work_position_alarm="6.4")
-    assert master.execute(*words) == abnormal_end("4.2")
-    assert master.robot.machine.memory.pallets == BOX_PALLET
-    assert master.robot.points == BOX
-
-
-def test_pallets_survive_a_power_cycle() -> None:
-    """Rule: stored.
-
-    Source: remote command guide 4.3.3
-    """
-    master = ready()
-    master.execute(WRITE, 0, 10, 10, 15, 1, 100)
-    power_cycle(master)
-    assert master.execute(READ, 0, 10)[2:7] == (10, 10, 15, 1, 100)

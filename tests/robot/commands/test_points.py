@@ -16,16 +16,6 @@ MM = Point((10000, -20000, 5000, -18000, 0, 0), mm=True)
 LEFT = Point((1, 2, 3, 4, 5, 6), mm=True, hand=2, arm1=-1, arm2=1)
 
 
-def test_the_defined_point_is_read_back_in_its_unit() -> None:
-    """Source: remote command guide 4.3.1."""
-    master = ready()
-    assert master.execute(WRITE, 0, 100, 0, *PRINTED) == NORMAL_END
-    assert master.execute(WRITE, 1, 50, 0, *PRINTED) == NORMAL_END
-    assert master.robot.points == {100: PULSES, 50: MM}
-    assert master.execute(READ, 0, 100) == (0x0200, 0, 100, 0, *PRINTED)
-    assert master.execute(READ, 0, 50) == (0x0200, 0, 50, 1, *PRINTED)
-
-
 def test_point_data_have_32_bits_on_each_of_six_axes() -> None:
     """Source: remote command guide 4.3.1."""
     master = ready()
@@ -63,10 +53,7 @@ def test_four_bits_tell_the_arm_rotation(low: int, bits: int, shown: int) -> Non
 
 @pytest.mark.parametrize("unit", [0, 1])
 def test_hand_and_arm_rotation_count_only_in_millimetres_with_a_scara_robot(unit: int) -> None:
-    """Rule: point-hand.
-
-    Source: remote command guide 4.3.1
-    """
+    """Rule: point-hand. Source: remote command guide 4.3.1."""
     flag = 0b0001_0001_01 << 1 | unit
     for robots in ((), (1,)):
         master = ready(scara_robots=robots)
@@ -81,10 +68,7 @@ def test_a_point_that_is_not_defined_has_no_data_to_refer_to() -> None:
 
 
 def test_point_1_becomes_point_2_with_all_that_belongs_to_it() -> None:
-    """Point 2 stays, and the comment of point 1, too.
-
-    Source: remote command guide 4.4.3
-    """
+    """Point 2 stays, and the comment of point 1, too. Source: remote command guide 4.4.3."""
     master = ready(points={100: LEFT, 1: PULSES}, comments={1: "ONE", 100: "HUNDRED"})
     assert master.execute(ASSIGN, 0, 1, 100) == NORMAL_END
     assert master.robot.points == {1: LEFT, 100: LEFT}
@@ -98,9 +82,7 @@ def test_point_1_becomes_point_2_with_all_that_belongs_to_it() -> None:
         (SUBTRACT, (9000, -20000, 5001, -18000, 0, -7)),
     ],
 )
-def test_point_2_is_added_to_or_subtracted_from_point_1(
-    code: int, expected: tuple[int, ...]
-) -> None:
+def test_points_are_added_and_subtracted(code: int, expected: tuple[int, ...]) -> None:
     """Source: remote command guide 4.4.3."""
     second = Point((1000, 0, -1, 0, 0, 7))
     master = ready(points={1: PULSES, 100: second})
@@ -116,10 +98,7 @@ def test_a_point_can_be_added_to_itself() -> None:
 
 
 def test_the_sum_keeps_hand_and_arm_rotation_of_point_1() -> None:
-    """Rule: point-units.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: point-units. Source: remote command guide 4.4.3."""
     master = ready(points={1: LEFT, 100: MM})
     master.execute(ADD, 0, 1, 100)
     assert master.robot.points[1] == Point(
@@ -129,10 +108,7 @@ def test_the_sum_keeps_hand_and_arm_rotation_of_point_1() -> None:
 
 @pytest.mark.parametrize("code", [ADD, SUBTRACT])
 def test_points_of_different_units_are_not_added(code: int) -> None:
-    """Rule: point-units.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: point-units. Source: remote command guide 4.4.3."""
     master = ready(points={1: PULSES, 100: MM}, point_unit_alarm="6.1")
     assert master.execute(code, 0, 1, 100) == abnormal_end("6.1")
     assert master.execute(code, 0, 100, 1) == abnormal_end("6.1")
@@ -140,10 +116,7 @@ def test_points_of_different_units_are_not_added(code: int) -> None:
 
 
 def test_a_sum_beyond_32_bits_changes_nothing() -> None:
-    """Rule: overflow.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: overflow. Source: remote command guide 4.4.3."""
     top, least = Point((2**31 - 1, 0, 0, 0, 0, 0)), Point((1, 0, 0, 0, 0, 0))
     master = ready(points={1: top, 2: least}, overflow_alarm="6.2")
     assert master.execute(ADD, 0, 1, 2) == abnormal_end("6.2")
@@ -155,61 +128,12 @@ def test_a_sum_beyond_32_bits_changes_nothing() -> None:
 
 @pytest.mark.parametrize("code", [ASSIGN, ADD, SUBTRACT])
 def test_both_points_must_be_defined(code: int) -> None:
-    """Only the destination of an assignment need not be.
-
-    Source: remote command guide 4.4.3
-    """
+    """Only the destination of an assignment need not be. Source: remote command guide 4.4.3."""
     master = ready(points={1: PULSES}, undefined_point_alarm="6.5")
     assert master.execute(code, 0, 1, 2) == abnormal_end("6.5")
     assert master.robot.points == {1: PULSES}
     ends = NORMAL_END if code == ASSIGN else abnormal_end("6.5")
     assert master.execute(code, 0, 2, 1) == ends
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param((WRITE, 0x0800, 1), id="definition: flag bit 11"),
-        pytest.param((WRITE, 0x8000, 1), id="definition: flag bit 15"),
-        pytest.param((WRITE, 0, 30000), id="definition: point 30000"),
-        pytest.param((WRITE, 0, 1, 1), id="definition: n+6"),
-        pytest.param((READ, 0, 30000), id="reference: point 30000"),
-        pytest.param((READ, 1, 1), id="reference: n+2"),
-        pytest.param((READ, 0, 1, 1), id="reference: n+6"),
-        pytest.param((ASSIGN, 0, 30000, 1), id="assignment: point 1 is 30000"),
-        pytest.param((ASSIGN, 0, 1, 30000), id="assignment: point 2 is 30000"),
-        pytest.param((ADD, 0, 1, 1, 1), id="addition: n+8"),
-        pytest.param((ADD, 1, 1, 1), id="addition: n+2"),
-        pytest.param((SUBTRACT, 0, 1, 65535), id="subtraction: point 2 is 65535"),
-    ],
-)
-def test_a_wrong_telegram_on_points_changes_nothing(words: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.3.1, 4.4.3."""
-    master = ready(points={1: PULSES})
-    assert master.execute(*words) == abnormal_end("4.2")
-    assert master.robot.points == {1: PULSES}
-
-
-def test_points_have_no_robot() -> None:
-    """The code with a robot is none of the guide's.
-
-    Rule: alarm-names.
-    Source: remote command guide 4.3.1
-    """
-    master = ready(points={1: PULSES})
-    assert master.execute(0x1100, 0, 1) == abnormal_end("12.75")
-    assert master.robot.points == {1: PULSES}
-
-
-def test_points_survive_a_power_cycle() -> None:
-    """Rule: stored.
-
-    Source: remote command guide 4.3.1
-    """
-    master = ready()
-    master.execute(WRITE, 0, 100, 0, *PRINTED)
-    power_cycle(master)
-    assert master.execute(READ, 0, 100) == (0x0200, 0, 100, 0, *PRINTED)
 
 
 def test_a_restored_snapshot_has_the_points_of_its_time() -> None:
@@ -224,3 +148,28 @@ def test_a_restored_snapshot_has_the_points_of_its_time() -> None:
     machine = master.robot.machine
     assert not master.robot.points
     assert machine.points is machine.memory.points
+
+
+@pytest.mark.parametrize(
+    ("write", "read"),
+    [
+        pytest.param((0x0100, 0, 100, 0, *PRINTED), (0x0101, 0, 100), id="point"),
+        pytest.param((0x0104, 0, 100, 0, 0x4157), (0x0105, 0, 100), id="comment"),
+        pytest.param((0x0108, 0, 10, 10, 15, 1, 100), (0x0109, 0, 10), id="pallet"),
+        pytest.param((0x010C, 0, 5, 0, *PRINTED[:8]), (0x010D, 0, 5), id="shift"),
+        pytest.param((0x0110, 0, 1, 0, *PRINTED[:6]), (0x0111, 0, 1), id="hand"),
+        pytest.param((0x0200, 0, 1, 0, 7), (0x0214, 0, 1), id="integer variable"),
+        pytest.param((0x0200, 0, 257, 0, 0, 0x4020), (0x0214, 0, 257), id="real variable"),
+        pytest.param((0x0220, 0, 257, 1, 33), (0x0224, 0, 257, 1), id="axis parameter"),
+        pytest.param((0x0220, 0, 1, 0, 5), (0x0224, 0, 1), id="robot parameter"),
+    ],
+)
+def test_stored_data_survive_a_power_cycle(write: tuple[int, ...], read: tuple[int, ...]) -> None:
+    """Rule: stored. Source: remote command guide 4.3.1 to 4.3.5, 4.4.1, 4.4.2."""
+    master = ready()
+    before = master.execute(*read)
+    assert master.execute(*write) == NORMAL_END
+    written = master.execute(*read)
+    assert written != before
+    power_cycle(master)
+    assert master.execute(*read) == written

@@ -24,6 +24,7 @@ from program_commands import (
     info,
     lines,
     program_master,
+    registered_master,
     states,
     telegram,
     text_words,
@@ -32,16 +33,6 @@ from rcx_harness.robot import RobotProgram
 from robot_master import NORMAL_END, abnormal_end
 
 # Registering
-
-
-def test_the_printed_example_registers_program_1_in_task_1_with_priority_47() -> None:
-    """Rule: register-program.
-
-    Source: remote command guide 4.6.1
-    """
-    master = program_master()
-    assert master.execute(0x0401, 1, 1, 1, 0x2F) == NORMAL_END
-    assert info(master, 1) == (1, 1, 1, 47)
 
 
 def test_the_main_program_is_in_task_1_from_power_on_and_no_other_is_in_a_task() -> None:
@@ -66,11 +57,8 @@ def test_task_number_0_is_the_lowest_vacant_task() -> None:
     assert tasks == [3, 2, 4]
 
 
-def test_all_16_tasks_can_be_taken_and_then_none_is_vacant() -> None:
-    """Rule: task-table.
-
-    Source: remote command guide 4.6.1
-    """
+def test_all_16_tasks_can_be_taken_and_then_no_task_is_vacant() -> None:
+    """Rule: task-table. Source: remote command guide 4.6.1."""
     programs = [RobotProgram(f"P{number}") for number in range(1, 18)]
     master = program_master(*programs)
     for number in range(2, 17):
@@ -84,10 +72,7 @@ def test_all_16_tasks_can_be_taken_and_then_none_is_vacant() -> None:
 
 
 def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
-    """What was there leaves the table; the program is at its first line.
-
-    Rule: task-table.
-    """
+    """What was there leaves the table; the program is at its first line. Rule: task-table."""
     master = program_master()
     master.execute(*telegram(REGISTER, NUMBER, program=2, task=2, priority=5))
     master.execute(*telegram(SKIP, NUMBER, program=1))
@@ -126,10 +111,7 @@ def test_a_program_is_found_by_its_name() -> None:
 
 
 def test_of_names_that_are_equal_up_to_16_characters_the_lowest_number_counts() -> None:
-    """Rule: register-program.
-
-    Source: remote command guide 4.6.1
-    """
+    """Rule: register-program. Source: remote command guide 4.6.1."""
     long = "ABCDEFGHIJKLMNOP"
     programs = [RobotProgram(name) for name in ("MAIN", f"{long}_3", f"{long}_2")]
     master = program_master(*programs)
@@ -216,62 +198,46 @@ def test_the_printed_example_runs_program_1_and_so13_shows_it_later() -> None:
 )
 def test_one_program_runs_by_number_task_or_name(words: tuple[int, ...]) -> None:
     """Source: remote command guide 4.6.2."""
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
+    master = registered_master(3)
     assert master.execute(*words) == NORMAL_END
     assert master.so[35] == 0b100
     assert lines(master) == [1, 0, 2, 0, 0, 0, 0, 0]
 
 
 def test_all_programs_that_are_in_a_task_run_with_method_0() -> None:
-    """Rule: execute-programs.
-
-    Source: remote command guide 4.6.2
-    """
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
+    """Rule: execute-programs. Source: remote command guide 4.6.2."""
+    master = registered_master(3)
     assert master.execute(*telegram(EXECUTE, ALL)) == NORMAL_END
     assert master.so[35] == 0b101
     assert master.on("SO13")
 
 
 def test_the_auto_operation_start_input_runs_all_programs_in_a_task_too() -> None:
-    """Both are the same processing.
-
-    Source: remote command guide 4.6.2
-    """
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
+    """Both are the same processing. Source: remote command guide 4.6.2."""
+    master = registered_master(3)
     master.pulse("SI12")
     assert master.so[35] == 0b101
 
 
 def test_the_start_input_has_no_effect_while_a_program_runs() -> None:
-    """Not even on programs that do not.
-
-    Rule: program-start.
-    """
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
+    """Not even on programs that do not. Rule: program-start."""
+    master = registered_master(3)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.pulse("SI12")
     assert master.so[35] == 0b001
 
 
-def test_what_was_stopped_goes_on_and_what_has_ended_stays() -> None:
+def test_stopped_programs_go_on_and_ended_programs_stay_ended() -> None:
     """Rule: execute-programs."""
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=2, priority=32))
+    master = registered_master(2)
     master.execute(*telegram(EXECUTE, ALL))
     master.si[34] = 1
     master.run(10)
     assert lines(master) == [1, 2, 0, 0, 0, 0, 0, 0]
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
+    master.drop("SI06")
     master.robot.write_port("SO3()", 0)
     master.execute(*telegram(EXECUTE, ALL))
-    master.si[34] |= 2
-    master.run(10)
+    master.general_on(21)
     assert master.so[35] == 0b1000
     master.si[34] = 0
     master.execute(*telegram(EXECUTE, ALL))
@@ -280,8 +246,7 @@ def test_what_was_stopped_goes_on_and_what_has_ended_stays() -> None:
 
 def test_two_orders_in_a_row_are_both_carried_out() -> None:
     """Also where the first program is not yet started when the second one is ordered."""
-    master = program_master(program_start_delay=500)
-    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master = registered_master(2, program_start_delay=500)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.execute(*telegram(EXECUTE, NUMBER, program=2))
     assert master.so[35] == 0
@@ -312,11 +277,7 @@ def test_a_program_that_is_in_no_task_cannot_run() -> None:
 
 @pytest.mark.parametrize("code", [EXECUTE, STEP, NEXT])
 def test_a_program_does_not_run_in_a_stop(code: int) -> None:
-    """SI(06) OFF is alarm 12.400.
-
-    Rule: execute-programs.
-    Source: manual chapter 4, 4
-    """
+    """SI(06) OFF is alarm 12.400. Rule: execute-programs. Source: manual chapter 4, 4."""
     master = program_master()
     master.turn_and_wait("SI06", False)
     assert master.execute(*telegram(code, NUMBER, program=1)) == abnormal_end("12.400")
@@ -326,10 +287,7 @@ def test_a_program_does_not_run_in_a_stop(code: int) -> None:
 
 @pytest.mark.parametrize("code", [EXECUTE, STEP, NEXT])
 def test_a_program_does_not_run_in_an_emergency_stop_nor_before_the_alarm_reset(code: int) -> None:
-    """Rule: execute-programs.
-
-    Source: remote command guide 1.2
-    """
+    """Rule: execute-programs. Source: remote command guide 1.2."""
     master = program_master()
     words = telegram(code, NUMBER, program=1)
     master.turn_and_wait("SI00", False)
@@ -342,10 +300,7 @@ def test_a_program_does_not_run_in_an_emergency_stop_nor_before_the_alarm_reset(
 
 @pytest.mark.parametrize("code", [EXECUTE, STEP, SKIP, NEXT, RESET])
 def test_programs_are_run_and_reset_in_auto_mode_only(code: int) -> None:
-    """Registering and the reference work in MANUAL mode, too.
-
-    Rule: execute-programs.
-    """
+    """Registering and the reference work in MANUAL mode, too. Rule: execute-programs."""
     master = program_master(manual_mode_alarm="9.4")
     master.robot.inject("manual_mode")
     assert master.execute(*telegram(code, NUMBER, program=1)) == abnormal_end("9.4")
@@ -361,16 +316,6 @@ def test_where_programs_need_the_servos_the_command_does_too() -> None:
     master.pulse("SI01")
     assert master.execute(*telegram(EXECUTE, ALL)) == NORMAL_END
     assert master.on("SO13")
-
-
-def test_a_stop_before_the_start_keeps_the_program_from_starting() -> None:
-    """Rule: program-received."""
-    master = program_master(program_start_delay=200)
-    master.execute(*telegram(EXECUTE, NUMBER, program=1))
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
-    assert not master.on("SO13")
-    assert master.so[35] == 0
 
 
 @pytest.mark.parametrize("filled", [b"FIRST".ljust(16), b"FIRST".ljust(16, b"\0")])

@@ -20,6 +20,7 @@ from program_commands import (
     info,
     lines,
     program_master,
+    registered_master,
     states,
     telegram,
 )
@@ -38,11 +39,7 @@ CALLING = RobotProgram(
 
 
 def test_step_executes_one_line_and_enters_the_subroutine() -> None:
-    """Lines 1, 4, 5, 6, then 2.
-
-    Rule: program-lines.
-    Source: remote command guide 4.6.2
-    """
+    """Lines 1, 4, 5, 6, then 2. Rule: program-lines. Source: remote command guide 4.6.2."""
     master = program_master(CALLING)
     seen = []
     for _ in range(5):
@@ -78,10 +75,7 @@ def test_next_within_a_subroutine_executes_one_line_of_it() -> None:
 
 
 def test_skip_leaves_one_line_out() -> None:
-    """Rule: program-lines.
-
-    Source: remote command guide 4.6.2
-    """
+    """Rule: program-lines. Source: remote command guide 4.6.2."""
     master = program_master(RobotProgram(steps=("SO(30)=1", "SO(31)=1", "SO(32)=1"), loop=False))
     master.pulse("SI15")
     assert master.execute(*telegram(SKIP, TASK, task=1)) == NORMAL_END
@@ -93,10 +87,7 @@ def test_skip_leaves_one_line_out() -> None:
 
 
 def test_a_program_goes_on_behind_a_line_that_was_skipped() -> None:
-    """The wait of line 2 is left out; then the program runs on.
-
-    Rule: program-lines.
-    """
+    """The wait of line 2 is left out; then the program runs on. Rule: program-lines."""
     master = program_master(FIRST)
     master.execute(*telegram(STEP, NUMBER, program=1))
     master.execute(*telegram(SKIP, NUMBER, program=1))
@@ -130,9 +121,7 @@ def test_a_program_that_begins_again_is_at_its_first_line_after_the_last_step() 
 
 
 @pytest.mark.parametrize(("loop", "shown"), [(False, 0b110), (True, 0b111)])
-def test_a_program_has_ended_after_its_last_line_or_goes_on_with_its_first(
-    loop: bool, shown: int
-) -> None:
+def test_after_its_last_line_a_program_ends_or_begins_again(loop: bool, shown: int) -> None:
     """To run all does not start a program that has ended beside one that is ready.
 
     Rule: program-lines, execute-programs.
@@ -166,49 +155,11 @@ def test_a_running_program_is_not_stepped_skipped_or_reset() -> None:
     assert lines(master)[0] == 2
 
 
-@pytest.mark.parametrize("code", [STEP, SKIP, NEXT, INFO])
-def test_all_programs_can_be_run_and_reset_only(code: int) -> None:
-    """Source: remote command guide 4.6.2, 4.6.4."""
-    master = program_master()
-    for method in (ALL, 3, 5, 6, 7):
-        assert master.execute(*telegram(code, method, program=1, task=1)) == abnormal_end("4.2")
-
-
-@pytest.mark.parametrize("code", [EXECUTE, RESET])
-def test_other_designation_methods_are_an_error(code: int) -> None:
-    """Source: remote command guide 4.6.2, 4.6.3."""
-    master = program_master()
-    for method in (3, 5, 6, 7):
-        assert master.execute(*telegram(code, method, program=1, task=1)) == abnormal_end("4.2")
-    assert master.execute(*telegram(code, NUMBER, program=101)) == abnormal_end("4.2")
-    assert master.execute(*telegram(code, TASK, task=17)) == abnormal_end("4.2")
-
-
 # Reset
 
 
-def test_the_example_resets_a_program_by_its_name() -> None:
-    """Its execution line is 1 again; flag and name as the text describes them.
-
-    Source: remote command guide 4.6.3
-    """
-    program = RobotProgram("ABC_DE", steps=("SO(30)=1", "SO(31)=1", "SO(32)=1"), loop=False)
-    master = program_master(program)
-    master.execute(*telegram(STEP, NUMBER, program=1))
-    assert lines(master)[0] == 2
-    name = (0x4241, 0x5F43, 0x4544, 0x2020, 0x2020, 0x2020, 0x2020, 0x2020)
-    assert master.execute(0x0406, 4, 0, 0, 0, 0, *name) == NORMAL_END
-    assert lines(master)[0] == 1
-    master.execute(*telegram(SKIP, NUMBER, program=1))
-    assert master.execute(0x0406, 4, 0, 0, 0, 0, *name[:3]) == NORMAL_END
-    assert lines(master)[0] == 1
-
-
 def test_so14_shows_that_all_programs_have_been_reset() -> None:
-    """Rule: program-received.
-
-    Source: remote command guide 4.6.3
-    """
+    """Rule: program-received. Source: remote command guide 4.6.3."""
     master = program_master(program_reset_delay=50)
     master.execute(*telegram(STEP, NUMBER, program=1))
     assert not master.on("SO14")
@@ -221,8 +172,7 @@ def test_so14_shows_that_all_programs_have_been_reset() -> None:
 
 def test_so14_comes_with_the_last_program_that_is_reset() -> None:
     """Rule: busy-programs."""
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master = registered_master(2)
     master.execute(*telegram(SKIP, NUMBER, program=1))
     master.execute(*telegram(SKIP, NUMBER, program=2))
     master.execute(*telegram(RESET, NUMBER, program=2))
@@ -233,8 +183,7 @@ def test_so14_comes_with_the_last_program_that_is_reset() -> None:
 
 def test_two_resets_in_a_row_are_both_carried_out() -> None:
     """Rule: program-received."""
-    master = program_master(program_reset_delay=300)
-    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master = registered_master(2, program_reset_delay=300)
     for number in (1, 2):
         master.execute(*telegram(SKIP, NUMBER, program=number))
     for number in (1, 2):
@@ -246,8 +195,7 @@ def test_two_resets_in_a_row_are_both_carried_out() -> None:
 
 def test_the_reset_input_still_resets_all_after_a_single_reset() -> None:
     """Source: manual chapter 5, 2, SI(15)."""
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master = registered_master(2)
     master.execute(*telegram(RESET, NUMBER, program=2))
     for number in (1, 2):
         master.execute(*telegram(SKIP, NUMBER, program=number))
@@ -266,28 +214,8 @@ def test_a_running_program_is_reset_where_the_controller_allows_it() -> None:
 # Information
 
 
-def test_the_example_shows_program_task_line_priority_and_name() -> None:
-    """Program 1 "ABCDEFGH" in task 2, line 101, priority 32; the text fills the name with spaces.
-
-    Rule: program-info, name-filler.
-    Source: remote command guide 4.6.4
-    """
-    steps = tuple("SO(30)=1" for _ in range(120))
-    name = (0x4241, 0x4443, 0x4645, 0x4847)
-    for filler, rest in (("spaces", 0x2020), ("zeros", 0)):
-        master = program_master(RobotProgram("ABCDEFGH", steps=steps), name_filler=filler)
-        master.execute(*telegram(REGISTER, NUMBER, program=1, task=2, priority=32))
-        for _ in range(100):
-            master.execute(*telegram(SKIP, NUMBER, program=1))
-        answer = master.execute(0x0408, 1, 1)
-        assert answer == (0x0200, 0, 1, 2, 0x65, 0x20, *name, *(rest,) * 4, 0, 0)
-
-
 def test_the_line_of_the_program_common_is_shown_with_10000_more() -> None:
-    """Rule: program-info, program-info-details.
-
-    Source: remote command guide 4.6.4
-    """
+    """Rule: program-info, program-info-details. Source: remote command guide 4.6.4."""
     master = program_master(RobotProgram("COMMON", steps=("SO(30)=1", "SO(31)=1")))
     assert info(master, 1)[2] == 10001
     master.execute(*telegram(STEP, NUMBER, program=1))
@@ -304,10 +232,7 @@ def test_a_running_program_answers_unless_the_controller_refuses_it() -> None:
 
 
 def test_a_name_without_effect_may_hold_anything() -> None:
-    """The name counts only with its own designation method.
-
-    Source: remote command guide 4.6.4
-    """
+    """The name counts only with its own designation method. Source: remote command guide 4.6.4."""
     master = program_master()
     assert master.execute(INFO, NUMBER, 1, 0, 0, 0, 0x0100)[0] == 0x0200
     assert master.execute(INFO, NAME, 0, 0, 0, 0, 0x0100)[0] == 0x4000

@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 
-from movements import ABNORMAL, FORMAT_ERROR, MM, NORMAL, PULSES, mover
-from rcx_harness.robot import Axis, Point, RobotConfig
+from movements import ABNORMAL, MM, NORMAL, PULSES, mover
+from rcx_harness.robot import Axis, Point
 from robot_master import Master
-from structured_text.errors import InputError
 
 ONE, FORCE, TIME = 0x0001, 0x0080, 0x0100  # flags
 AXIS_3 = 0x0004
@@ -73,28 +72,19 @@ def test_push_ended_in_a_status_other_than_time_out(code: int) -> None:
 
 @pytest.mark.parametrize("time", [1, 250, 32767])
 def test_the_push_time_period(time: int) -> None:
-    """In cycles of 5 ms.
-
-    Source: remote command guide 4.2.23, jjjj
-    """
+    """In cycles of 5 ms. Source: remote command guide 4.2.23, jjjj."""
     pushed = _pushes_for(_mover(workpiece=4_500), *_words(0x004D, TIME, time=time))
     assert time <= pushed < time + 10 if time > 5 else pushed <= 10
 
 
 def test_without_a_push_time_period_the_parameter_counts() -> None:
-    """PSHTIME of that axis.
-
-    Rule: push-parameters.
-    """
+    """PSHTIME of that axis. Rule: push-parameters."""
     master = _mover(parameters={"PSHTIME": (10, 10, 300, 10)})
     assert _pushes_for(master, *_words(0x004D)) == 300
 
 
 def test_a_workpiece_that_gives_way_restarts_the_time() -> None:
-    """It is taken away after 100 of 200 ms: the axis goes on to its target.
-
-    Rule: push-model.
-    """
+    """It is taken away after 100 of 200 ms: the axis goes on to its target. Rule: push-model."""
     master = _mover()
     master.send(*_words(0x004D, TIME, time=200))
     master.run(250)
@@ -103,12 +93,6 @@ def test_a_workpiece_that_gives_way_restarts_the_time() -> None:
     master.robot.workpieces.clear()
     assert master.finish()[3] == 0
     assert master.robot.positions[2] == 5_000
-
-
-def test_a_place_of_a_workpiece_that_cannot_be() -> None:
-    """Rule: push-model."""
-    with pytest.raises(InputError, match="workpiece"):
-        RobotConfig(axes=(Axis(workpiece=2**31),))
 
 
 def test_a_workpiece_beyond_the_target_is_not_met() -> None:
@@ -135,78 +119,14 @@ def test_the_push_speed_ratio_reduces_the_speed() -> None:
     assert master.finish(30)[0] == NORMAL
 
 
-@pytest.mark.parametrize("code", EVERY)
-@pytest.mark.parametrize(
-    ("flags", "force", "time", "expected"),
-    [
-        pytest.param(FORCE, -1000, 0, NORMAL, id="force -1000 %"),
-        pytest.param(FORCE, 1000, 0, NORMAL, id="force 1000 %"),
-        pytest.param(FORCE, -1001, 0, ABNORMAL, id="force -1001 %"),
-        pytest.param(FORCE, 1001, 0, ABNORMAL, id="force 1001 %"),
-        pytest.param(TIME, 0, 32767, NORMAL, id="32767 ms"),
-        pytest.param(TIME, 0, 0, ABNORMAL, id="0 ms"),
-        pytest.param(TIME, 0, 32768, ABNORMAL, id="32768 ms"),
-        pytest.param(0x0008, 0, 0, ABNORMAL, id="flag bit 3 is fixed 0"),
-        pytest.param(0x0200, 0, 0, ABNORMAL, id="flag bit 9 is fixed 0"),
-        pytest.param(0xC000, 0, 0, ABNORMAL, id="both position outputs"),
-        pytest.param(0x0006, 0, 0, ABNORMAL, id="speed flag 11"),
-    ],
-)
-def test_force_and_time_within_their_ranges(
-    code: int, flags: int, force: int, time: int, expected: int
-) -> None:
-    """Rule: both-outputs.
-
-    Source: remote command guide 4.2.23, ffff and jjjj
-    """
-    master = _mover(workpiece=None)
-    assert master.execute(*_words(code, flags, force, time))[0] == expected
-
-
-@pytest.mark.parametrize("code", EVERY)
-@pytest.mark.parametrize(
-    ("flags", "axes", "expected"),
-    [
-        pytest.param(0, AXIS_3, FORMAT_ERROR, id="flag bit 0 is fixed 1"),
-        pytest.param(ONE, 0, FORMAT_ERROR, id="no axis"),
-        pytest.param(ONE, 0x000C, FORMAT_ERROR, id="two axes"),
-        pytest.param(ONE, 0x0020, (ABNORMAL, 6, 4), id="axis 6 is not there"),
-    ],
-)
-def test_push_can_only_be_executed_for_one_axis(
-    code: int, flags: int, axes: int, expected: tuple[int, ...]
-) -> None:
-    """Rule: one-axis, other-alarms.
-
-    Source: remote command guide 4.2.23
-    """
-    master = _mover(no_axis_alarm="6.4")
-    assert master.execute(code, flags, axes, 0, 19)[:3] == expected
-
-
 def test_the_stop_input_ends_a_push_with_12_400() -> None:
-    """Rule: stop-alarm.
-
-    Source: manual chapter 4, 4
-    """
+    """Rule: stop-alarm. Source: manual chapter 4, 4."""
     master = _mover()
     master.send(*_words(0x004D, TIME, time=10_000))
     master.run(500)
     master.turn_and_wait("SI06", False, 5)
     assert master.words[:4] == (ABNORMAL, 0x000C, 0x0190, 0)
     assert master.robot.positions[2] == 4_500
-
-
-def test_a_target_of_push_beyond_the_soft_limit() -> None:
-    """Rule: soft-limit."""
-    words = (0x004D, ONE, AXIS_3, 0, 0x4241, 0x000F)  # 1 000 001
-    assert _mover().execute(*words)[:3] == (ABNORMAL, 2, 334)
-
-
-def test_a_push_to_a_point_that_is_not_defined() -> None:
-    """Rule: other-alarms."""
-    master = _mover(undefined_point_alarm="6.5")
-    assert master.execute(0x004B, ONE, AXIS_3, 0, 20)[:3] == (ABNORMAL, 6, 5)
 
 
 @pytest.mark.parametrize(("start", "sign"), [(0, 1), (0, -1), (700, -1), (-700, 1)])

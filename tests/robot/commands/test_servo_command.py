@@ -6,7 +6,7 @@ import pytest
 
 from movements import mover
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 ON, OFF, FREE = 0x034, 0x035, 0x036
 #: As the servo status reference shows them (guide, 4.7.3).
@@ -18,27 +18,17 @@ def _states(master: Master) -> list[int]:
     return master.robot.machine.servos.states
 
 
-def test_the_servo_of_axis_4_of_robot_1_becomes_free() -> None:
-    """The printed example; the motor power, and with it SO(02), stays ON.
+@pytest.mark.parametrize("code", [OFF, FREE])
+def test_one_axis_goes_off_or_free_and_comes_back_on(code: int) -> None:
+    """The motor power, and with it SO(02), stays ON.
 
     Rule: servo-command, servo-output.
     Source: remote command guide 4.2.13
     """
     master = mover()
-    assert master.execute(FREE, 0, 0x0008) == NORMAL_END
-    assert _states(master) == [1, 1, 1, 2]
-    assert master.on("SO02")
-
-
-@pytest.mark.parametrize("code", [OFF, FREE])
-def test_one_axis_goes_off_or_free_and_comes_back_on(code: int) -> None:
-    """Rule: servo-command.
-
-    Source: remote command guide 4.2.13
-    """
-    master = mover()
     assert master.execute(code, 0, 0x0002) == NORMAL_END
     assert _states(master) == [1, STATE[code], 1, 1]
+    assert master.on("SO02")
     assert master.execute(ON, 0, 0x0002) == NORMAL_END
     assert _states(master) == [1, 1, 1, 1]
 
@@ -65,33 +55,6 @@ def test_all_the_servos_of_the_designated_robot_are_switched() -> None:
     assert _states(master) == [1, 1, 0, 1]
 
 
-@pytest.mark.parametrize("code", [ON, OFF, FREE])
-@pytest.mark.parametrize(
-    "data",
-    [
-        pytest.param((0, 0x0003), id="two axes"),
-        pytest.param((0, 0x003F), id="all axes by their bits"),
-        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
-        pytest.param((0, 0x0080), id="axis bit 7 is fixed 0"),
-        pytest.param((1, 0x0001), id="n+2 is not used"),
-        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
-    ],
-)
-def test_only_one_axis_can_be_specified(code: int, data: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.2.13."""
-    master = mover()
-    assert master.execute(code, *data) == abnormal_end("4.2")
-    assert _states(master) == [1, 1, 1, 1]
-
-
-@pytest.mark.parametrize("code", [ON, OFF, FREE])
-def test_an_axis_that_the_robot_does_not_have_is_refused(code: int) -> None:
-    """Source: remote command guide 4.2.13, tt."""
-    master = mover(axes=TWO_ROBOTS, no_axis_alarm="1.6")
-    assert master.execute(code, 0, 0x0004) == abnormal_end("1.6")
-    assert _states(master) == [1, 1, 1, 1]
-
-
 @pytest.mark.parametrize("code", [OFF, FREE])
 def test_an_axis_moves_only_with_its_servo_on(code: int) -> None:
     """Axis 2 is off or free: axis 1 alone still moves, all axes together do not.
@@ -109,10 +72,7 @@ def test_an_axis_moves_only_with_its_servo_on(code: int) -> None:
 
 
 def test_the_servo_on_input_brings_back_what_a_command_switched_off() -> None:
-    """SI(01) puts the robot servomotor in the ON state.
-
-    Source: manual chapter 5, 2, SI(01)
-    """
+    """SI(01) puts the robot servomotor in the ON state. Source: manual chapter 5, 2, SI(01)."""
     master = mover()
     master.execute(OFF, 0, 0x0001)
     master.execute(FREE, 0, 0x0002)
@@ -121,10 +81,7 @@ def test_the_servo_on_input_brings_back_what_a_command_switched_off() -> None:
 
 
 def test_an_emergency_stop_switches_the_servos_off_with_their_brakes() -> None:
-    """A free axis is braked, too.
-
-    Source: manual chapter 5, 3.1
-    """
+    """A free axis is braked, too. Source: manual chapter 5, 3.1."""
     master = mover()
     master.execute(FREE, 0, 0x0001)
     master.turn_and_wait("SI00", False)
@@ -133,10 +90,7 @@ def test_an_emergency_stop_switches_the_servos_off_with_their_brakes() -> None:
 
 
 def test_servo_on_takes_its_time() -> None:
-    """50 ms, and the cycle that takes the command.
-
-    Rule: servo-on-command.
-    """
+    """50 ms, and the cycle that takes the command. Rule: servo-on-command."""
     master = mover(servo_on_delay=50)
     master.execute(OFF)
     master.send(ON)
@@ -171,10 +125,7 @@ def test_servo_on_in_emergency_stop_ends_with_12_600() -> None:
 
 
 def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
-    """Rule: servo-on-command.
-
-    Source: remote command guide 1.2
-    """
+    """Rule: servo-on-command. Source: remote command guide 1.2."""
     master = mover(servo_on_delay=200)
     master.execute(OFF)
     master.send(ON)
@@ -184,36 +135,13 @@ def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
     assert _states(master) == [0, 0, 0, 0]
 
 
-def test_servo_on_at_a_serious_alarm_ends_with_its_number() -> None:
-    """Rule: servo-on-command."""
-    master = mover()
-    master.robot.inject("alarm", group=17, category=4)
-    master.run(50)
-    assert master.execute(ON) == abnormal_end("17.4")
-    assert master.execute(0x0042) == abnormal_end("17.4")
-
-
-def test_servo_on_without_main_power_is_refused() -> None:
-    """Rule: servo-on-command."""
-    master = mover(motor_power_alarm="1.4")
-    master.robot.inject("main_power_off")
-    master.run(50)
-    assert master.execute(ON) == abnormal_end("1.4")
-    assert master.execute(0x0042) == abnormal_end("1.4")
-
-
 def test_servo_on_needs_motor_power() -> None:
-    """Or brings it ON, if the robot file says so.
-
-    Rule: servo-on-command.
-    """
-    master = Master(motor_power_alarm="1.4")
-    master.power_up()
+    """Or brings it ON, if the robot file says so. Rule: servo-on-command."""
+    master = powered_up(motor_power_alarm="1.4")
     assert master.execute(ON, 0, 0x0001) == abnormal_end("1.4")
     assert not master.on("SO02")
 
-    master = Master(servo_needs_motor_power=False)
-    master.power_up()
+    master = powered_up(servo_needs_motor_power=False)
     assert master.execute(ON, 0, 0x0001) == NORMAL_END
     assert master.on("SO02")
     assert _states(master) == [1, 0, 0, 0]
@@ -230,10 +158,7 @@ def test_off_and_free_are_possible_in_emergency_stop(code: int) -> None:
 
 @pytest.mark.parametrize("code", [OFF, FREE])
 def test_off_and_free_end_a_return_to_origin_of_the_axis(code: int) -> None:
-    """Axes 3 and 4 return together, by SI(14).
-
-    Rule: servo-off-command.
-    """
+    """Axes 3 and 4 return together, by SI(14). Rule: servo-off-command."""
     master = mover(origin_time=400)
     master.turn_and_wait("SI14", True)
     assert master.robot.machine.origin_running
@@ -243,3 +168,18 @@ def test_off_and_free_end_a_return_to_origin_of_the_axis(code: int) -> None:
     assert not master.robot.machine.origin_running
     master.run(500)
     assert master.robot.origins == [True, True, False, False]
+
+
+@pytest.mark.parametrize("code", [ON, 0x0042])
+@pytest.mark.parametrize(
+    ("event", "args", "alarm"),
+    [("alarm", {"group": 17, "category": 4}, "17.4"), ("main_power_off", {}, "1.4")],
+)
+def test_servo_on_and_motor_power_on_are_refused_at_an_alarm_and_without_main_power(
+    event: str, args: dict[str, int], alarm: str, code: int
+) -> None:
+    """Rule: servo-on-command."""
+    master = mover(motor_power_alarm="1.4")
+    master.robot.inject(event, **args)
+    master.run(50)
+    assert master.execute(code) == abnormal_end(alarm)

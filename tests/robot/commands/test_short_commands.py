@@ -10,7 +10,7 @@ import pytest
 
 from both_engines import ENGINES
 from rcx_harness import Cell, RobotConfig
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 READY, RUN, NORMAL, ABNORMAL = 0x0000, 0x0100, 0x0200, 0x4000
 #: A command of each category that writes something.
@@ -81,8 +81,7 @@ def test_the_run_status_comes_or_not_as_configured(
     Rule: run-status, command-times.
     Source: remote command guide 1.2, code 0x0100
     """
-    master = Master(skip_run_status=knob, command_delay=delay)
-    master.power_up()
+    master = powered_up(skip_run_status=knob, command_delay=delay)
     assert _statuses(master, words) == expected
 
 
@@ -92,8 +91,7 @@ def test_with_random_times_both_happen() -> None:
     Rule: run-status, command-times.
     Source: remote command guide 2, step 3
     """
-    master = Master(command_delay=(0.0, 12.0), seed=7)
-    master.power_up()
+    master = powered_up(command_delay=(0.0, 12.0), seed=7)
     seen = [tuple(_statuses(master, words)) for words in COMMANDS * 12]
     assert set(seen) == {(NORMAL,), (RUN, NORMAL)}
 
@@ -101,8 +99,7 @@ def test_with_random_times_both_happen() -> None:
 @pytest.mark.parametrize("knob", ["never", "short", "always"])
 def test_a_refused_command_ends_abnormally_with_or_without_the_run_status(knob: str) -> None:
     """Source: remote command guide 1.2, code 0x4000."""
-    master = Master(skip_run_status=knob)
-    master.power_up()
+    master = powered_up(skip_run_status=knob)
     master.send(0x0100, 0, 30000)
     master.run(5)
     assert (master.status == RUN) == (knob == "never")

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import Axis, Point
-from robot_master import Master, abnormal_end
+from robot_master import Master, abnormal_end, servos_on
 
 PULSE_OUTPUT = 0x4000
 POINTS = {
@@ -36,9 +36,7 @@ MOVEMENTS = {
 
 
 def _mover(**config: Any) -> Master:
-    master = Master(**{"points": POINTS, "manual_speed": 1, "inching_amount": 10_000, **config})
-    master.servo_on()
-    return master
+    return servos_on(**{"points": POINTS, "manual_speed": 1, "inching_amount": 10_000, **config})
 
 
 def _unplug(master: Master) -> None:
@@ -58,9 +56,7 @@ STOPS: dict[str, tuple[Callable[[Master], object], str]] = {
 
 @pytest.mark.parametrize("what", STOPS)
 @pytest.mark.parametrize("name", MOVEMENTS)
-def test_a_movement_that_is_stopped_ends_where_it_is_without_a_position(
-    name: str, what: str
-) -> None:
+def test_a_stopped_movement_ends_where_it_is_and_shows_no_position(name: str, what: str) -> None:
     """In the cycle of the stop, and it does not go on by itself afterwards.
 
     Rule: halt, stop-in-motion.
@@ -148,57 +144,41 @@ def _interrupted(master: Master, name: str) -> None:
     master.turn_and_wait("SI06", True)
 
 
-@pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
-def test_a_movement_in_between_ends_the_memory_of_an_interrupted_one(name: str) -> None:
-    """An inching of axis 3; then the same command starts from where the robot is.
-
-    Rule: relative-kept.
-    Source: remote command guide 4.2.2, note
-    """
-    master = _mover()
-    _interrupted(master, name)
-    x = master.robot.positions[0]
-    master.execute(0x0024, 0, 0x0004)
-    assert master.execute(*MOVEMENTS[name])[0] == 0x0200
-    way = 60_000 if name == "MOVEI" else 100_000
-    assert master.robot.positions[0] == x + way
-
-
-@pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
-def test_a_return_to_origin_ends_the_memory_of_an_interrupted_movement(name: str) -> None:
-    """It started at 700 pulses.
-
-    Rule: relative-kept.
-    """
-    master = _mover(axes=(Axis(start=700), Axis()))
-    _interrupted(master, name)
-    master.pulse("SI17", 1500)
-    assert master.robot.positions[0] == 0
-    assert master.execute(*MOVEMENTS[name])[0] == 0x0200
-    assert master.robot.positions[0] == (60_000 if name == "MOVEI" else 100_000)
-
-
-@pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
-def test_a_power_cycle_ends_the_memory_of_an_interrupted_movement(name: str) -> None:
-    """Rule: relative-kept."""
-    master = _mover()
-    _interrupted(master, name)
-    x = master.robot.positions[0]
+def _power_cycle(master: Master) -> None:
     master.robot.inject("power_cycle")
     master.turn("SI00", False)
     master.turn("SI06", False)
     master.servo_on()
+
+
+ENDS_THE_MEMORY: dict[str, Callable[[Master], object]] = {
+    "inching of axis 3": lambda master: master.execute(0x0024, 0, 0x0004),
+    "return to origin": lambda master: master.pulse("SI17", 1500),
+    "power cycle": _power_cycle,
+}
+
+
+@pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
+@pytest.mark.parametrize("what", ENDS_THE_MEMORY)
+def test_the_same_command_starts_from_where_the_robot_is_after(what: str, name: str) -> None:
+    """The interrupted movement is forgotten; the return-to-origin ends at 0 pulses.
+
+    Rule: relative-kept.
+    Source: remote command guide 4.2.2, note
+    """
+    master = _mover(axes=(Axis(start=700), Axis(), Axis()))
+    _interrupted(master, name)
+    stands = 0 if what == "return to origin" else master.robot.positions[0]
+    ENDS_THE_MEMORY[what](master)
+    assert master.robot.positions[0] == stands
     assert master.execute(*MOVEMENTS[name])[0] == 0x0200
-    assert master.robot.positions[0] == x + (60_000 if name == "MOVEI" else 100_000)
+    assert master.robot.positions[0] == stands + (60_000 if name == "MOVEI" else 100_000)
 
 
 @pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
 @pytest.mark.parametrize("what", ["emergency stop input", "alarm"])
 def test_after_an_emergency_stop_the_original_target_is_kept_too(name: str, what: str) -> None:
-    """Rule: relative-kept.
-
-    Source: remote command guide 4.2.2, note
-    """
+    """Rule: relative-kept. Source: remote command guide 4.2.2, note."""
     master = _mover()
     master.send(*MOVEMENTS[name])
     master.run(200)
@@ -210,20 +190,6 @@ def test_after_an_emergency_stop_the_original_target_is_kept_too(name: str, what
     master.pulse("SI01")
     assert master.execute(*MOVEMENTS[name])[0] == 0x0200
     assert master.robot.positions[0] == (60_000 if name == "MOVEI" else 100_000)
-
-
-def test_a_servo_that_is_switched_off_ends_the_movement() -> None:
-    """The main power fails.
-
-    Rule: halt.
-    """
-    master = _mover(servo_off_alarm="6.6")
-    master.send(*MOVEMENTS["line"])
-    master.run(200)
-    master.robot.inject("main_power_off")
-    master.run(5)
-    assert master.words == abnormal_end("6.6")
-    assert 0 < master.robot.positions[0] < 60_000
 
 
 @pytest.mark.parametrize(

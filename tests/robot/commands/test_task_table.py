@@ -5,14 +5,11 @@ from __future__ import annotations
 from program_commands import (
     ALL,
     EXECUTE,
-    LINES,
     NO_TASK,
     NUMBER,
     REGISTER,
     SECOND,
-    SKIP,
     STATES,
-    TASK,
     info,
     lines,
     program_master,
@@ -20,7 +17,6 @@ from program_commands import (
     telegram,
 )
 from rcx_harness.robot import RobotProgram
-from robot_master import NORMAL_END, abnormal_end
 
 
 def _only(**at: int) -> list[int]:
@@ -54,29 +50,6 @@ def test_a_task_that_waits_is_shown_running_where_the_controller_is_set_so() -> 
     master = program_master(waiting_is_standby=False)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     assert states(master)[0] == 1
-
-
-def test_a_suspended_task_goes_on_with_restart_and_not_with_a_start() -> None:
-    """Rule: task-states."""
-    programs = (
-        RobotProgram("P1", steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "WAIT SI(21)=1",
-                                  "RESTART 2", "WAIT SI(27)=1")),
-        RobotProgram("P2", steps=("WAIT SI(22)=1", "SO(30)=1", "WAIT SI(27)=1")),
-    )  # fmt: skip
-    master = program_master(*programs)
-    master.pulse("SI12")
-    master.si[34] = 1
-    master.run(10)
-    assert states(master) == _only(task1=3, task2=2)
-    master.si[34] |= 4
-    master.run(10)
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
-    master.pulse("SI12")
-    assert (states(master), master.so[35]) == (_only(task1=3, task2=2), 0)
-    master.si[34] |= 2
-    master.run(10)
-    assert (states(master), master.so[35]) == (_only(task1=3, task2=3), 1)
 
 
 def test_a_task_that_suspends_itself_goes_on_behind_that_line() -> None:
@@ -113,23 +86,6 @@ def test_the_time_of_several_stops_does_not_count_in_a_delay() -> None:
     assert master.so[35] == 1
 
 
-def test_the_lines_of_tasks() -> None:
-    """Line 1, line 19, line 99, and 0 without a task, as in the example.
-
-    Source: remote command guide 4.7.6
-    """
-    steps = tuple("SO(30)=1" for _ in range(99))
-    master = program_master(*[RobotProgram(f"P{number}", steps=steps) for number in (1, 2, 3)])
-    for program, task, line in ((2, 2, 19), (3, 5, 99)):
-        master.execute(*telegram(REGISTER, NUMBER, program=program, task=task, priority=32))
-        for _ in range(line - 1):
-            master.execute(*telegram(SKIP, TASK, task=task))
-    assert master.execute(0x0508) == (0x0200, 0, 1, 0x13, 0, 0, 0x63, *(0,) * 9)
-    assert master.execute(0x0508, 0, 1) == NORMAL_END
-    for code in (STATES, LINES):
-        assert master.execute(code, 0, 2) == abnormal_end("4.2")
-
-
 def test_a_program_that_another_starts_is_in_a_task_until_its_end_or_a_reset() -> None:
     """Rule: task-table."""
     starting = RobotProgram("P1", steps=("START 2", "WAIT SI(20)=1"), loop=False)
@@ -151,10 +107,7 @@ def test_a_program_that_another_starts_is_in_a_task_until_its_end_or_a_reset() -
 
 
 def test_tasks_of_a_low_priority_number_go_first() -> None:
-    """The last of them writes the value that stays.
-
-    Rule: priorities.
-    """
+    """The last of them writes the value that stays. Rule: priorities."""
     programs = [RobotProgram(f"P{k}", steps=(f"SO3()={k}", "WAIT SI(20)=1")) for k in (1, 2)]
     for first, second, last in ((10, 20, 2), (20, 10, 1)):
         master = program_master(*programs)
@@ -165,10 +118,7 @@ def test_tasks_of_a_low_priority_number_go_first() -> None:
 
 
 def test_the_main_program_is_that_in_task_1_else_program_1() -> None:
-    """SO(13) of a controller that shows the main program alone.
-
-    Rule: tasks, task-table.
-    """
+    """SO(13) of a controller that shows the main program alone. Rule: tasks, task-table."""
     for task, shown in ((1, True), (3, False)):
         master = program_master(running_shows_all_tasks=False)
         master.execute(*telegram(REGISTER, NUMBER, program=1, task=2, priority=32))

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
-
 from rcx_harness.robot import Axis, Point
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, powered_up
 
 #: 500 pulses are one millimetre.
 AXES = (Axis(pulses_per_mm=500.0), Axis(), Axis(robot=2, pulses_per_mm=2000.0))
@@ -15,21 +13,9 @@ AXES = (Axis(pulses_per_mm=500.0), Axis(), Axis(robot=2, pulses_per_mm=2000.0))
 
 def _master(**config: Any) -> Master:
     """Robot 1 at 1234 and -2001 pulses, robot 2 at 3."""
-    master = Master(**{"axes": AXES, **config})
-    master.power_up()
+    master = powered_up(**{"axes": AXES, **config})
     master.robot.positions[:] = [1234, -2001, 3]
     return master
-
-
-def test_the_current_position_of_robot_1_becomes_point_4000_in_pulses() -> None:
-    """The printed example; axes that the robot does not have are 0.
-
-    Rule: teaching.
-    Source: remote command guide 4.2.9
-    """
-    master = _master()
-    assert master.execute(0x0028, 0, 4000, 0) == NORMAL_END
-    assert master.robot.points[4000] == Point((1234, -2001, 0, 0, 0, 0))
 
 
 def test_the_current_position_becomes_a_point_in_millimetres() -> None:
@@ -88,24 +74,6 @@ def test_teaching_replaces_a_point_that_is_there() -> None:
     master = _master(points={7: Point((9, 9, 9, 9, 9, 9), mm=True, hand=2, arm1=1)})
     master.execute(0x0028, 0, 7, 0)
     assert master.robot.points[7] == Point((1234, -2001, 0, 0, 0, 0))
-
-
-@pytest.mark.parametrize(
-    "data",
-    [
-        pytest.param((0, 30000, 0), id="point 30000"),
-        pytest.param((0, 0xFFFF, 0), id="point 65535"),
-        pytest.param((0, 1, 2), id="unit 2"),
-        pytest.param((0, 1, 0x8000), id="unit 0x8000"),
-        pytest.param((1, 1, 0), id="n+2 is not used"),
-        pytest.param((0, 1, 0, 1), id="n+8 is not used"),
-    ],
-)
-def test_a_wrong_teaching_telegram_stores_nothing(data: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.2.9."""
-    master = _master(points={})
-    assert master.execute(0x0028, *data) == abnormal_end("4.2")
-    assert master.robot.points == {}
 
 
 def test_teaching_is_possible_with_the_servos_off_and_without_origin() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from rcx_harness.robot import Axis, Point
 from rcx_harness.robot.paths import AxisMove, PtpPath
-from robot_master import Master, abnormal_end
+from robot_master import Master, abnormal_end, servos_on
 
 PULSE_OUTPUT = 0x4000
 #: Robot 1 has axes 0 and 1, robot 2 axes 2 and 3; the last one returns to its origin by SI(14).
@@ -20,9 +20,7 @@ POINTS = {19: Point((100_000, 50_000, 0, 0, 0, 0)), 20: Point((-30_000, 40_000, 
 
 
 def _mover(**config: Any) -> Master:
-    master = Master(**{"axes": AXES, "points": POINTS, **config})
-    master.servo_on()
-    return master
+    return servos_on(**{"axes": AXES, "points": POINTS, **config})
 
 
 def test_a_command_for_robot_2_is_not_executed_while_robot_1_moves() -> None:
@@ -49,21 +47,11 @@ def test_a_command_for_robot_2_is_not_executed_while_robot_1_moves() -> None:
 )
 @pytest.mark.parametrize("code", [0x001, 0x003])
 def test_a_movement_moves_the_axes_of_its_robot(code: int, robot: int, expected: list[int]) -> None:
-    """And answers with their position, axis 1 first.
-
-    Source: remote command guide 4.2.1, R
-    """
+    """And answers with their position, axis 1 first. Source: remote command guide 4.2.1, R."""
     master = _mover()
     answer = master.execute(robot << 12 | code, PULSE_OUTPUT, 0, 0, 19)
     assert master.robot.positions == expected
     assert answer[4:10] == (0x86A0, 0x0001, 0xC350, 0x0000, 0, 0)
-
-
-@pytest.mark.parametrize("robot", [3, 4])
-def test_a_robot_that_is_not_there_cannot_be_moved(robot: int) -> None:
-    """Rule: other-alarms."""
-    master = _mover(absent_robot_alarm="6.3")
-    assert master.execute(robot << 12 | 0x001, 0, 0, 0, 19) == abnormal_end("6.3")
 
 
 def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:
@@ -84,10 +72,7 @@ def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:
 
 
 def test_a_robot_that_moves_takes_no_other_movement() -> None:
-    """Here one that no remote command has started.
-
-    Rule: robots-move.
-    """
+    """Here one that no remote command has started. Rule: robots-move."""
     master = _mover(moving_alarm="6.7")
     path = PtpPath([AxisMove(0, 0, 100_000, 50_000, 5e6, 5e6)])
     master.robot.machine.move(1, path)
@@ -108,10 +93,7 @@ def test_no_return_to_origin_starts_while_a_robot_moves() -> None:
 
 
 def test_the_stop_input_stops_all_robots() -> None:
-    """The movement and the return-to-origin of the other robot.
-
-    Rule: robots-move.
-    """
+    """The movement and the return-to-origin of the other robot. Rule: robots-move."""
     master = _mover(origin_time=1000)
     master.turn_and_wait("SI14", True, 150)
     master.send(0x1001, 0x0004, 0, 1, 19)

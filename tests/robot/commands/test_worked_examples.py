@@ -96,6 +96,7 @@ def _jog(example: Mapping[str, Any], start: list[int]) -> tuple[Master, tuple[in
 def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: int) -> None:
     """The start is free: the way of a first jog shows from where a second one gets there.
 
+    Rule: jog-stop.
     Source: remote command guide 4.2.6, examples
     """
     example = EXAMPLES[number]
@@ -148,10 +149,7 @@ def test_a_flag_whose_fixed_bits_are_set_resets_no_program() -> None:
 
 
 def test_a_program_name_may_be_filled_with_zeros_as_printed() -> None:
-    """Rule: program-info-details.
-
-    Source: remote command guide 4.6.4, example
-    """
+    """Rule: program-info-details. Source: remote command guide 4.6.4, example."""
     (number,) = (number for number, what in DIFFERENT.items() if what == KNOB)
     example = EXAMPLES[number]
     master = in_state(example["state"], name_filler="zeros")

@@ -161,9 +161,7 @@ def _sent(panel: _Panel) -> list[object]:
     return sent
 
 
-def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(
-    panel: _Panel,
-) -> None:
+def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(panel: _Panel) -> None:
     """The field still has the focus when the mouse goes down on the key.
 
     Source: RCX_PANEL, Point is where Teach stores.

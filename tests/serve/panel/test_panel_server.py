@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
 import urllib.request
-from collections.abc import Awaitable, Callable
+from collections.abc import Iterator
 from importlib.resources import files
 
 import pytest
-from aiohttp.test_utils import TestClient, TestServer
-from aiohttp.web import Application, Request
 
 from plc_bench import LIBRARY, ROOT
 from rcx_harness.serve.panel.plate import Plate, plates_of
@@ -18,8 +15,8 @@ from rcx_harness.serve.panel.server import FILES, PanelServer, application
 from structured_text.engines import build
 from structured_text.errors import InputError
 from structured_text.projects.needed import needed
+from web_client import WebClient
 
-Client = TestClient[Request, Application]
 _BENCH = ROOT / "tests/data/library/Operator.st"
 
 
@@ -31,26 +28,22 @@ def plate() -> Plate:
     return one
 
 
-def _with_client(plate: Plate, use: Callable[[Client], Awaitable[None]]) -> None:
-    async def run() -> None:
-        served = TestServer(application([plate], "token"), host="127.0.0.1")
-        async with TestClient(served) as client:
-            await use(client)
+@pytest.fixture
+def client(plate: Plate) -> Iterator[WebClient]:
+    """A client of the page of the panel, whose token is `token`."""
+    client = WebClient(application([plate], "token"))
+    yield client
+    client.close()
 
-    asyncio.run(run())
 
-
-def test_the_page_and_all_it_asks_for_come_from_this_server(plate: Plate) -> None:
-    async def use(client: Client) -> None:
-        page = await (await client.get("/token/")).text()
-        wanted = re.findall(r'(?:src|href)="([^":]+)"', page)
-        assert wanted == ["page.css", "panel.css", "panel.js"]
-        for name in ["", *wanted]:
-            answer = await client.get(f"/token/{name}")
-            assert answer.status == 200
-            assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
-
-    _with_client(plate, use)
+def test_the_page_and_all_it_asks_for_come_from_this_server(client: WebClient) -> None:
+    page = client.get("/token/").text
+    wanted = re.findall(r'(?:src|href)="([^":]+)"', page)
+    assert wanted == ["page.css", "panel.css", "panel.js"]
+    for name in ["", *wanted]:
+        answer = client.get(f"/token/{name}")
+        assert answer.status == 200
+        assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
 
 
 def test_no_file_of_the_page_names_another_server() -> None:
@@ -75,21 +68,19 @@ def test_every_key_lamp_and_selection_of_the_structure_is_on_the_page(plate: Pla
     assert chosen == shown.keys() - written
 
 
-def test_keys_and_selections_reach_the_program_and_the_state_comes_back(plate: Plate) -> None:
-    async def use(client: Client) -> None:
-        own = {"Origin": f"http://127.0.0.1:{client.port}"}
-        assert await (await client.get("/token/api/panels")).json() == ["Main.Panel"]
-        for path, message in (
-            ("keys", {"page": "p", "beat": 1, "keys": ["Stop"]}),
-            ("choices", {"name": "Axis", "value": 3}),
-        ):
-            answer = await client.post(f"/token/api/panels/0/{path}", json=message, headers=own)
-            assert answer.status == 200
-        plate.exchange()
-        state = await (await client.get("/token/api/panels/0")).json()
-        assert (state["Key"]["Stop"], state["Key"]["Start"], state["Axis"]) == (True, False, 3)
-
-    _with_client(plate, use)
+def test_keys_and_selections_reach_the_program_and_the_state_comes_back(
+    plate: Plate, client: WebClient
+) -> None:
+    assert client.get("/token/api/panels").json == ["Main.Panel"]
+    for path, message in (
+        ("keys", {"page": "p", "beat": 1, "keys": ["Stop"]}),
+        ("choices", {"name": "Axis", "value": 3}),
+    ):
+        answer = client.post(f"/token/api/panels/0/{path}", json=message, headers=client.own)
+        assert answer.status == 200
+    plate.exchange()
+    state = client.get("/token/api/panels/0").json
+    assert (state["Key"]["Stop"], state["Key"]["Start"], state["Axis"]) == (True, False, 3)
 
 
 @pytest.mark.parametrize(
@@ -106,37 +97,28 @@ def test_keys_and_selections_reach_the_program_and_the_state_comes_back(plate: P
         ("x/choices", {"name": "Axis", "value": 3}, 404),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_line(
-    plate: Plate, path: str, message: object, status: int
+def test_an_invalid_message_is_refused_in_one_line(
+    path: str, message: object, status: int, client: WebClient
 ) -> None:
-    async def use(client: Client) -> None:
-        answer = await client.post(f"/token/api/panels/{path}", json=message)
-        assert answer.status == status
-        assert "\n" not in (await answer.json())["error"]
-
-    _with_client(plate, use)
+    answer = client.post(f"/token/api/panels/{path}", json=message)
+    assert answer.status == status
+    assert "\n" not in answer.json["error"]
 
 
 @pytest.mark.parametrize("page", ["/other/", "/token2/api/panels"])
-def test_without_the_token_it_says_who_has_printed_it(plate: Plate, page: str) -> None:
-    async def use(client: Client) -> None:
-        answer = await client.get(page)
+def test_without_the_token_it_says_who_has_printed_it(page: str, client: WebClient) -> None:
+    answer = client.get(page)
+    assert answer.status == 403
+    assert "the one that rcx run printed" in answer.json["error"]
+
+
+def test_another_site_cannot_press_a_key(plate: Plate, client: WebClient) -> None:
+    message = {"page": "p", "beat": 1, "keys": ["Start"]}
+    for headers in ({"Origin": "http://example.org"}, {"Host": "example.org"}):
+        answer = client.post("/token/api/panels/0/keys", json=message, headers=headers)
         assert answer.status == 403
-        assert "the one that rcx run printed" in (await answer.json())["error"]
-
-    _with_client(plate, use)
-
-
-def test_another_site_cannot_press_a_key(plate: Plate) -> None:
-    async def use(client: Client) -> None:
-        message = {"page": "p", "beat": 1, "keys": ["Start"]}
-        for headers in ({"Origin": "http://example.org"}, {"Host": "example.org"}):
-            answer = await client.post("/token/api/panels/0/keys", json=message, headers=headers)
-            assert answer.status == 403
-        plate.exchange()
-        assert not plate.shown()["Key"]["Start"]
-
-    _with_client(plate, use)
+    plate.exchange()
+    assert not plate.shown()["Key"]["Start"]
 
 
 def test_it_serves_from_a_thread_and_ends_with_the_run(plate: Plate) -> None:

@@ -106,7 +106,7 @@ def test_a_page_that_falls_silent_releases_its_keys(
     assert _down(program) == []
 
 
-def test_what_still_waits_of_a_silent_page_is_not_pressed_later(
+def test_waiting_keys_of_a_silent_page_are_not_pressed_later(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
     plate.press("p", 1, ["JogPlus"])
@@ -249,7 +249,7 @@ def test_only_so_many_pages_hold_keys(plate: Plate, clock: _Clock) -> None:
     plate.press("p3", 3, ["Stop"])
 
 
-def test_a_key_that_is_none_is_refused(plate: Plate) -> None:
+def test_an_unknown_key_is_refused(plate: Plate) -> None:
     with pytest.raises(InputError, match="there is no key 'Begin'"):
         plate.press("p", 1, ["Begin"])
 
@@ -257,17 +257,9 @@ def test_a_key_that_is_none_is_refused(plate: Plate) -> None:
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("Automatic", True),
-        ("Stepwise", True),
-        ("Frame", "JOG_TOOL"),
-        ("Units", "UNIT_MM"),
-        ("Language", "LANGUAGE_JAPANESE"),
-        ("RobotNumber", 4),
-        ("Axis", 6),
-        ("Percent", 100),
-        ("Amount", 10_000),
-        ("Point", 29_999),
-        ("ProgramNumber", 100),
+        *(("Automatic", True), ("Stepwise", True), ("Frame", "JOG_TOOL"), ("Units", "UNIT_MM")),
+        *(("Language", "LANGUAGE_JAPANESE"), ("RobotNumber", 4), ("Axis", 6), ("Percent", 100)),
+        *(("Amount", 10_000), ("Point", 29_999), ("ProgramNumber", 100)),
     ],
 )
 def test_a_selection_is_written_and_shown(
@@ -299,7 +291,7 @@ def test_a_value_that_a_selection_does_not_take_is_refused(
         plate.choose(name, value)
 
 
-def test_what_fb_operator_writes_is_no_selection(plate: Plate) -> None:
+def test_outputs_of_fb_operator_cannot_be_selected(plate: Plate) -> None:
     for name in ("Lamp", "Key", "MessageID", "Nothing"):
         with pytest.raises(InputError, match=f"there is no selection '{name}'"):
             plate.choose(name, True)

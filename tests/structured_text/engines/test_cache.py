@@ -1,4 +1,4 @@
-"""What is kept of earlier compilations, and when it is not used."""
+"""The cache of compiled programs, and when it is not used."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _sum(program: Path) -> int:
 
 
 def _kinds(folder: Path) -> list[str]:
-    """What is kept there, besides the tables of the parser, which depend on no source."""
+    """Return the kinds of the entries, but for the parser's tables, which depend on no source."""
     return sorted(file.suffix for file in folder.iterdir() if file.name != "grammar.tables")
 
 
@@ -75,9 +75,7 @@ def _fail(*_: object) -> None:
     raise AssertionError("it is made anew")
 
 
-def test_a_file_that_did_not_change_is_not_read_again(
-    program: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unchanged_file_is_read_once(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Source: the manual of git, index format: files are compared by their times and size."""
     monkeypatch.setattr(cache, "SETTLED_NS", -(10**18))
     first = cache.sources_key([program])
@@ -88,9 +86,7 @@ def test_a_file_that_did_not_change_is_not_read_again(
     assert cache.sources_key([program]) != first
 
 
-def test_a_second_change_within_one_tick_of_the_clock_is_seen(
-    program: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_change_within_a_tick_is_seen(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All that is compared stays as it was, so a file that is new is read again.
 
     Source: the manual of git, racy git
@@ -161,7 +157,7 @@ class _Evil:
         return open, ("executed", "w")
 
 
-def test_what_somebody_else_has_put_there_is_not_executed(
+def test_a_planted_entry_is_not_executed(
     program: Path, kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Source: a defect report: the cache was read with pickle; a planted entry gave a traceback."""
@@ -233,7 +229,7 @@ def test_a_fault_names_the_line_of_a_kept_program(
         _forget(monkeypatch)
 
 
-def test_a_mistake_is_told_each_time(program: Path, kept: Path) -> None:
+def test_a_mistake_is_reported_each_time(program: Path, kept: Path) -> None:
     """Source: what cannot be loaded is not kept."""
     program.write_text(_TEXT.format(by=1).replace("Sum +", "Some +"), encoding="utf-8")
     for _ in range(2):
@@ -242,16 +238,14 @@ def test_a_mistake_is_told_each_time(program: Path, kept: Path) -> None:
     assert not list(kept.glob("*.project"))
 
 
-def test_a_missing_file_is_told_by_the_loader(tmp_path: Path) -> None:
+def test_the_loader_reports_a_missing_file(tmp_path: Path) -> None:
     """Source: language.load: cannot be read."""
     with pytest.raises(InputError, match="cannot be read"):
         build([tmp_path / "missing.st"], "builtin")
 
 
-def test_an_entry_that_cannot_take_its_place_leaves_nothing_beside_it(
-    kept: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """On Windows it cannot, while another process reads the one that is there."""
+def test_a_failed_put_leaves_nothing_behind(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On Windows a file that another process reads cannot be replaced."""
 
     def refuse(source: str, target: Path) -> None:
         raise PermissionError(13, "in use", str(target))

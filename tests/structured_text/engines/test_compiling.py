@@ -34,7 +34,7 @@ def test_the_search_rests_inside_and_goes_on_after_the_outermost() -> None:
     assert gc.isenabled()
 
 
-def test_who_switched_the_search_off_finds_it_off() -> None:
+def test_a_collector_that_was_off_stays_off() -> None:
     """Source: rcx serve: its loop makes no cycles and runs without the search."""
     gc.disable()
     with uncollected():

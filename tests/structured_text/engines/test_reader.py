@@ -83,7 +83,7 @@ END_CONFIGURATION
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_reader_takes_variables_of_several_programs(engine: str, tmp_path: Path) -> None:
-    """In the order in which they are asked for, wherever they lie.
+    """In the order of the request, wherever the variables lie.
 
     Source: engines.base.Program.reader.
     """

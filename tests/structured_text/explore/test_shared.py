@@ -27,7 +27,7 @@ def together(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def explored(workers: int | None = None, limit: int = 0, depth: int = 0, **given: Any) -> Result:
-    """What comes of it; None: in this process, without a farm."""
+    """Return the result of an exploration; None: in this process, without a farm."""
     make = partial(Numbers, _SIZE, **given)
     elsewhere = None if workers is None else shared(Farm(workers), Stepping(make, 1))
     return Search[Choice](make(), EVERY, 1, elsewhere).run("numbers", limit, depth)
@@ -51,7 +51,7 @@ def test_workers_find_the_same() -> None:
 
 
 @pytest.mark.usefixtures("together")
-def test_what_is_broken_before_an_error_is_told_and_not_the_error() -> None:
+def test_a_broken_rule_before_an_error_is_reported_first() -> None:
     """Both in the steps that one worker takes together; by hand: 7 comes from 3 first, before 4."""
     found = explored(0, broken={7: "seven"}, refused=[4])
     assert found.broken is not None
@@ -91,7 +91,7 @@ def test_a_next_state_is_sent_once_by_each_worker() -> None:
     assert _sent(take(Some(4, [b"1"]))) == [[b"", b"", b""]]
 
 
-def test_what_was_sent_with_a_later_item_is_sent_with_an_earlier_one_too() -> None:
+def test_a_repeated_item_sends_its_states_again() -> None:
     """An item is done again whose worker has ended; what comes of it is put together first."""
     take = Stepping(partial(Numbers, _SIZE), 1).prepare()
     assert _sent(take(Some(3, [b"3"]))) == [[b"6", b"7", b"8"]]

@@ -32,9 +32,7 @@ def library(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize(("image", "element"), [("", "DINT"), ("WIRE", "SINT")])
-def test_an_array_is_a_process_image_where_the_library_says_so(
-    library: Path, image: str, element: str
-) -> None:
+def test_the_library_names_its_process_images(library: Path, image: str, element: str) -> None:
     """Source: docs/how-to/export.md, Rockwell: a scanner's arrays are of SINT."""
     (text,) = export("l5x", library, names=Names(byte_image=image)).files.values()
     assert f'Name="Bytes" TagType="Base" DataType="{element}" Dimensions="4"' in text

@@ -26,7 +26,7 @@ def pem(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     "address", ["host:8786", "tcp://host", "http://host:80", "tcp://host:99999", "tls://:8786", ""]
 )
-def test_what_is_no_address_is_refused(address: str) -> None:
+def test_a_wrong_address_is_refused(address: str) -> None:
     with pytest.raises(InputError, match=r"no such address; write it as --cluster tls://host:8786"):
         Farm(cluster=Cluster(address))
 
@@ -64,9 +64,7 @@ def test_tls_needs_three_files_that_are_there(pem: Path) -> None:
         Cluster("tcp://127.0.0.1:8786", cert=pem).check()
 
 
-def test_without_the_extra_one_message_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     monkeypatch.delitem(sys.modules, "structured_text.farm.dask", raising=False)
     farm = Farm(cluster=Cluster("tcp://127.0.0.1:8786"))
@@ -79,14 +77,14 @@ def test_without_the_extra_one_message_says_what_to_install(
 
 @pytest.fixture
 def silent() -> Iterator[int]:
-    """The port of somebody who listens, and says nothing."""
+    """The port of a server that never answers."""
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         one.listen()
         yield one.getsockname()[1]
 
 
-def test_a_cluster_that_does_not_answer_is_told(silent: int) -> None:
+def test_a_cluster_that_does_not_answer_is_reported(silent: int) -> None:
     pytest.importorskip("distributed")
     farm = Farm(cluster=Cluster(f"tcp://127.0.0.1:{silent}", patience_s=0.1))
     with pytest.raises(InputError) as caught:
@@ -97,7 +95,7 @@ def test_a_cluster_that_does_not_answer_is_told(silent: int) -> None:
     )
 
 
-def test_a_cluster_that_is_not_there_is_told() -> None:
+def test_a_missing_cluster_is_reported() -> None:
     pytest.importorskip("distributed")
     with socket.socket() as one:  # bound, so that nobody else takes it; not listening
         one.bind(("127.0.0.1", 0))

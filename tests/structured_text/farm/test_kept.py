@@ -1,4 +1,4 @@
-"""Results are kept as soon as they are there; those of other sources are refused."""
+"""Results are saved as soon as they are there; results of other sources are refused."""
 
 from __future__ import annotations
 
@@ -12,30 +12,29 @@ from rich.console import Console
 
 from farm_work import Killed, noted, refuse
 from structured_text.errors import InputError
-from structured_text.farm import Farm, Kept, Lost
+from structured_text.farm import Farm, Lost, ResultFile
 
 ABOUT = {"sources": "a1b2"}
 
 
-def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> Kept[Any, Any]:
+def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> ResultFile[Any, Any]:
     """Results of numbers."""
-    return Kept(file, about, **options)
+    return ResultFile(file, about, **options)
 
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Where results are kept."""
+    """The file of the results."""
     return tmp_path / "out" / "results.jsonl"
 
 
 @pytest.mark.parametrize("workers", [0, 2])
-def test_what_is_known_is_not_done_again(tmp_path: Path, file: Path, workers: int) -> None:
+def test_a_known_item_is_not_repeated(tmp_path: Path, file: Path, workers: int) -> None:
     done = tmp_path / "done"
     items = [(str(done), number) for number in range(6)]
     first = list(Farm(workers).run(noted, items[1:4], kept=kept(file)))
     assert first == [(item, item[1] * 10) for item in items[1:4]]
     assert sorted(done.read_text().split()) == ["1", "2", "3"]
-
     again = list(Farm(workers).run(noted, items, kept=kept(file)))
     assert again == [(item, item[1] * 10) for item in items]
     assert sorted(done.read_text().split()) == ["0", "1", "2", "3", "4", "5"]
@@ -50,7 +49,7 @@ def test_items_of_one_key_are_done_once(tmp_path: Path, file: Path) -> None:
     assert sorted(done.read_text().split()) == ["1", "2", "3", "4"]
 
 
-def test_what_is_done_is_kept_where_a_call_ends_early(tmp_path: Path, file: Path) -> None:
+def test_an_early_end_keeps_the_finished_results(tmp_path: Path, file: Path) -> None:
     done = tmp_path / "done"
     items = [(str(done), number) for number in range(6)]
     running = Farm(0).run(noted, items, kept=kept(file))
@@ -69,7 +68,7 @@ def test_an_error_is_not_kept_and_the_results_before_it_are(file: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_what_is_lost_is_tried_again_another_time(tmp_path: Path, file: Path) -> None:
+def test_a_lost_item_is_tried_again_by_the_next_call(tmp_path: Path, file: Path) -> None:
     folder = tmp_path / "deaths"
     folder.mkdir()
     for number in range(3):
@@ -131,9 +130,7 @@ def test_a_line_that_was_cut_off_is_done_again(tmp_path: Path, file: Path) -> No
 @pytest.mark.parametrize(
     "damage", [b"\xff\x00", b'{"key": "1"}', b"[1]", b'{"key": 5, "result": 1}', b"[" * 99_999, b""]
 )
-def test_a_damaged_line_is_done_again_and_the_file_stays_under_another_name(
-    file: Path, damage: bytes
-) -> None:
+def test_a_damaged_line_is_redone_and_the_file_saved(file: Path, damage: bytes) -> None:
     """Source: a defect report: damaged result files are moved aside, and said to be."""
     list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
     lines = file.read_bytes().split(b"\n")

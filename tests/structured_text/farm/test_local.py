@@ -15,25 +15,15 @@ from pathlib import Path
 
 import pytest
 
-from farm_work import (
-    Counted,
-    FirstWaits,
-    Killed,
-    Meeting,
-    grandchild,
-    process_number,
-    refuse,
-)
+from farm_work import Counted, FirstWaits, Killed, Meeting, grandchild, process_number, refuse
 from structured_text.errors import InputError
-from structured_text.farm import NOT_YET, Farm, Kept, Lost, NotYet
+from structured_text.farm import NOT_YET, Farm, Lost, NotYet, ResultFile
 from structured_text.farm.farm import AHEAD
 from structured_text.farm.work import LostError, RemoteError
 
 
 @pytest.mark.parametrize("workers", [0, 1, 3])
-def test_results_come_in_the_order_of_the_items_whatever_the_number_of_workers(
-    workers: int,
-) -> None:
+def test_results_come_in_the_order_of_the_items(workers: int) -> None:
     expected = [(4, 24), (0, 1), (3, 6), (5, 120), (2, 2)]
     assert list(Farm(workers).run(math.factorial, [4, 0, 3, 5, 2])) == expected
 
@@ -80,9 +70,7 @@ def test_each_worker_sets_up_once(tmp_path: Path, workers: int) -> None:
 @pytest.mark.exhaustive(but=["1-1"])
 @pytest.mark.parametrize("deaths", [1, 2])
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_item_whose_worker_is_killed_is_done_again(
-    tmp_path: Path, deaths: int, workers: int
-) -> None:
+def test_the_item_of_a_killed_worker_is_redone(tmp_path: Path, deaths: int, workers: int) -> None:
     for number in range(deaths):
         (tmp_path / str(number)).touch()
     found = list(Farm(workers).run(Killed(tmp_path), range(8)))
@@ -90,9 +78,7 @@ def test_an_item_whose_worker_is_killed_is_done_again(
     assert not list(tmp_path.iterdir())
 
 
-def test_an_item_that_kills_three_workers_is_named_after_the_results_before_it(
-    tmp_path: Path,
-) -> None:
+def test_an_item_that_kills_three_workers_is_named(tmp_path: Path) -> None:
     for number in range(4):
         (tmp_path / str(number)).touch()
     running = Farm(2).run(Killed(tmp_path), range(8))
@@ -103,7 +89,7 @@ def test_an_item_that_kills_three_workers_is_named_after_the_results_before_it(
 
 
 @pytest.mark.exhaustive
-def test_what_is_lost_can_be_a_result(tmp_path: Path) -> None:
+def test_a_lost_item_can_be_a_result(tmp_path: Path) -> None:
     for number in range(4):
         (tmp_path / str(number)).touch()
 
@@ -146,7 +132,7 @@ def test_items_are_taken_as_there_is_room() -> None:
     assert len(taken) <= 2 * AHEAD
 
 
-class _Releasing(Kept[int, int]):
+class _Releasing(ResultFile[int, int]):
     """Lets item 0 go on when so many others have ended."""
 
     def __init__(self, file: Path, fifo: Path, others: int) -> None:
@@ -164,7 +150,7 @@ class _Releasing(Kept[int, int]):
 
 @pytest.mark.exhaustive
 def test_while_an_item_takes_long_the_others_do_not_run_far_ahead(tmp_path: Path) -> None:
-    """One of them may stand behind it, at its worker."""
+    """One of the other items may wait for the same worker."""
     os.mkfifo(tmp_path / "fifo")
     kept = _Releasing(tmp_path / "kept", tmp_path / "fifo", 2 * AHEAD - 2)
     taken_before_the_first_ended = []
@@ -189,7 +175,7 @@ def test_no_worker_is_left_behind() -> None:
         os.kill(worker, 0)
 
 
-def test_what_a_worker_has_started_ends_with_it() -> None:
+def test_a_process_started_by_a_worker_ends_with_it() -> None:
     running = Farm(1).run(grandchild, range(2))
     _, started = next(running)
     handle = os.pidfd_open(started)
@@ -207,9 +193,7 @@ list(Farm(1).run(waits_with_a_folder, [sys.argv[1]]))
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_a_worker_ends_with_its_parent_and_removes_what_is_temporary(
-    tmp_path: Path, number: signal.Signals
-) -> None:
+def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -> None:
     """In the middle of an item; the pipe that both write to ends when both have.
 
     Source: a defect report.

@@ -42,9 +42,7 @@ def test_an_error_names_the_file_as_the_user_has_it(
     assert str(caught.value) == "plc/Main.st:3: is beside robot.toml; see robot.toml"
 
 
-def test_the_digest_is_of_contents_and_how_they_lie_and_not_of_where(
-    files: list[Path], tmp_path: Path
-) -> None:
+def test_a_digest_is_of_contents_and_not_of_places(files: list[Path], tmp_path: Path) -> None:
     digest = Parcel.of(files).digest()
     shutil.copytree(tmp_path / "cell", tmp_path / "copy")
     copies = [tmp_path / "copy/plc/Main.st", tmp_path / "copy/robot.toml"]

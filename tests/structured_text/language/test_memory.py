@@ -53,6 +53,7 @@ _VARIABLES = """
   PA : POINTER TO ARRAY [1..8] OF BYTE; PS : POINTER TO STRING[4]; PT : POINTER TO UDINT;
 """
 Build = Callable[[str], BuiltinProgram]
+Mistakes = Callable[[str], list[InputError]]
 
 
 def _run(build: Build, body: str, scans: int = 1) -> BuiltinProgram:
@@ -81,9 +82,7 @@ def _run(build: Build, body: str, scans: int = 1) -> BuiltinProgram:
         ("U.Pair.Low := -1; U.Pair := H.Value.Pair;", "U.Whole", 0),
     ],
 )
-def test_the_fields_of_a_union_lie_in_one_memory(
-    body: str, path: str, value: Any, build: Build
-) -> None:
+def test_fields_of_a_union_share_memory(body: str, path: str, value: Any, build: Build) -> None:
     assert _run(build, body).read(f"Main.{path}") == value
 
 
@@ -132,9 +131,7 @@ def test_the_fields_of_a_union_lie_in_one_memory(
         ("PB := 0; F := PB < ADR(A);", "F", True),
     ],
 )
-def test_a_pointer_looks_at_memory_byte_for_byte(
-    body: str, path: str, value: Any, build: Build
-) -> None:
+def test_a_pointer_sees_single_bytes(body: str, path: str, value: Any, build: Build) -> None:
     assert _run(build, body).read(f"Main.{path}") == value
 
 
@@ -148,9 +145,7 @@ def test_a_pointer_looks_at_memory_byte_for_byte(
         ("B := PB^;", "the pointer is 0"),
     ],
 )
-def test_beyond_the_memory_the_run_ends_with_the_line(
-    statement: str, message: str, build: Build
-) -> None:
+def test_beyond_the_memory_a_run_ends(statement: str, message: str, build: Build) -> None:
     with pytest.raises(InputError, match=message) as caught:
         _run(build, f"I := 0;\n{statement}")
     assert caught.value.line == f"{_TYPES}\n\nVAR {_VARIABLES}\n\n".count("\n") + 1
@@ -162,29 +157,21 @@ def test_beyond_the_memory_the_run_ends_with_the_line(
         ("TYPE U1 : UNION A : INT; P : POINTER TO INT; END_UNION END_TYPE", "cannot be a POINTER"),
         ("TYPE U1 : UNION A : INT; T : TON; END_UNION END_TYPE", "cannot be a TON"),
         ("TYPE U1 : UNION A : INT := 1; B : INT := 2; END_UNION END_TYPE", "more than one field"),
-        (
-            "TYPE U1 : UNION A : INT; B : INT; END_UNION END_TYPE\n"
-            "PROGRAM P VAR U : U1 := (A := 1, B := 2); END_VAR ; END_PROGRAM",
-            "takes one initial value",
-        ),
+        ("TYPE U1 : UNION A : INT; B : INT; END_UNION END_TYPE\n"
+         "PROGRAM P VAR U : U1 := (A := 1, B := 2); END_VAR ; END_PROGRAM",
+         "takes one initial value"),
         ("TYPE U1 : UNION A : INT; U : U1; END_UNION END_TYPE", "cannot contain itself: U1"),
-        (
-            "PROGRAM P VAR F : TON; P1 : POINTER TO BYTE; END_VAR P1 := ADR(F); END_PROGRAM",
-            "a POINTER TO BYTE cannot lead to a TON",
-        ),
-        (
-            "PROGRAM P VAR R : REAL; B : REFERENCE TO DWORD; END_VAR B REF= R; END_PROGRAM",
-            "cannot lead to a REAL",
-        ),
-        (
-            "FUNCTION F1 : STRING F1 := 'a'; END_FUNCTION\n"
-            "PROGRAM P VAR B : BYTE; END_VAR B := F1()[0]; END_PROGRAM",
-            "a text without a variable has no characters",
-        ),
+        ("PROGRAM P VAR F : TON; P1 : POINTER TO BYTE; END_VAR P1 := ADR(F); END_PROGRAM",
+         "a POINTER TO BYTE cannot lead to a TON"),
+        ("PROGRAM P VAR R : REAL; B : REFERENCE TO DWORD; END_VAR B REF= R; END_PROGRAM",
+         "cannot lead to a REAL"),
+        ("FUNCTION F1 : STRING F1 := 'a'; END_FUNCTION\n"
+         "PROGRAM P VAR B : BYTE; END_VAR B := F1()[0]; END_PROGRAM",
+         "a text without a variable has no characters"),
     ],
-)
-def test_what_has_no_bytes_is_refused(
-    source: str, message: str, mistakes_of: Callable[[str], list[InputError]]
+)  # fmt: skip
+def test_a_member_without_bytes_is_refused(
+    source: str, message: str, mistakes_of: Mistakes
 ) -> None:
     errors = mistakes_of(source)
     assert errors, "nothing was refused"
@@ -200,7 +187,6 @@ def test_a_snapshot_holds_unions_and_where_such_pointers_lead(build: Build) -> N
     second = first.instance()
     second.restore(first.snapshot())
     second.scan(10_000)
-
     assert (second.read("Main.U.Bytes[2]"), first.read("Main.U.Bytes[2]")) == (2, 1)
     assert (second.read("Main.A[1]"), first.read("Main.A[1]")) == (0x0306, 0x0305)
     assert second.read("Main.PB") == "Main.R"

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.engines.load import Matiec, build
+from structured_text.engines.load import build
+from structured_text.engines.matiec.build import Matiec
 from structured_text.language.load import load
 from structured_text.language.portability import lint
 
@@ -58,7 +59,7 @@ def _noted(tmp_path: Path, statement: str, variables: str = "") -> list[tuple[st
         ("B := LEFT(STR := S1, SIZE := 1) = 'a';", "another name of a pin", "STR is IN"),
     ],
 )
-def test_what_is_not_portable_is_noted_where_it_stands(
+def test_a_construct_that_is_not_portable_is_noted(
     tmp_path: Path, statement: str, construct: str, detail: str
 ) -> None:
     assert (construct, 3, detail) in _noted(tmp_path, statement)
@@ -73,7 +74,7 @@ def test_a_type_of_the_third_edition_is_noted_by_its_name(tmp_path: Path, kind: 
     assert detail in (kind, "LTOD")
 
 
-def test_so_is_a_block(tmp_path: Path) -> None:
+def test_a_block_of_the_third_edition_is_noted(tmp_path: Path) -> None:
     assert _noted(tmp_path, "X(IN := TRUE);", "X : LTON;") == [
         ("a standard block of the third edition", 2, "LTON")
     ]
@@ -116,7 +117,7 @@ _NO_RESULT = [
 def test_nothing_else_is_noted(
     tmp_path: Path, before: str, variable: str, statement: str, noted: list[tuple[str, str]]
 ) -> None:
-    """Of a function without a result not that it never sets one."""
+    """A function without a result is not noted for never setting it."""
     file = tmp_path / "loose.st"
     program = f"PROGRAM P1\nVAR I : INT; {variable} END_VAR\n{statement}\nEND_PROGRAM\n"
     file.write_text(before + program)
@@ -136,7 +137,7 @@ def test_nothing_else_is_noted(
         "N(S1 := B, R := FALSE);",
     ],
 )
-def test_what_the_portable_subset_has_is_not_noted(tmp_path: Path, statement: str) -> None:
+def test_portable_statements_are_not_noted(tmp_path: Path, statement: str) -> None:
     assert _noted(tmp_path, statement) == []
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -30,7 +32,6 @@ def test_a_program_is_one_instance_for_all_who_name_it(build: Build) -> None:
     # Each scan: + 1 in the program, + 10 in the block.
     assert (program.read("Main.Seen"), program.read("Other.N")) == (22, 22)
     assert [path for path, _ in program.walk() if path.startswith("Other")] == ["Other", "Other.N"]
-
     copy = program.instance()
     copy.restore(program.snapshot())
     copy.scan(20_000)
@@ -38,46 +39,17 @@ def test_a_program_is_one_instance_for_all_who_name_it(build: Build) -> None:
 
 
 @pytest.mark.parametrize("name", ["MAIN", "PLC_PRG"])
-def test_of_several_programs_that_no_other_calls_the_usual_one_runs(
-    name: str, build: Build
-) -> None:
+def test_of_several_programs_the_usual_one_runs(name: str, build: Build) -> None:
     program = build(_COUNT.format("Other") + _COUNT.format(name))
     program.scan(0)
     assert program.read("Main.N") == 1
     assert [(one, kind.name) for one, kind in program.instances().items()] == [("Main", name)]
 
 
-def test_without_it_nobody_knows_which_runs(mistakes_of: Mistakes) -> None:
+def test_several_programs_need_the_usual_name(mistakes_of: Mistakes) -> None:
     (error,) = mistakes_of(_COUNT.format("P1") + _COUNT.format("P2"))
     assert "several programs and no CONFIGURATION: P1, P2" in str(error)
     assert "MAIN or PLC_PRG" in str(error)
-
-
-def test_the_instance_of_a_configuration_is_the_one_that_is_named(build: Build) -> None:
-    program = build(
-        "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.N; END_PROGRAM\n"
-        + _COUNT.format("Counter")
-        + "CONFIGURATION C RESOURCE R ON PLC TASK T (INTERVAL := T#10ms, PRIORITY := 1);\n"
-        "PROGRAM A WITH T : Counter; PROGRAM B WITH T : Start; END_RESOURCE END_CONFIGURATION\n"
-    )
-    program.scan(0)
-    program.scan(10_000)
-    assert (program.read("A.N"), program.read("B.Seen")) == (2, 2)
-
-
-def test_what_it_starts_is_started_once(build: Build) -> None:
-    """Though it is an instance of the configuration, and known by its own name."""
-    program = build(
-        "FUNCTION_BLOCK FB1 VAR_OUTPUT Starts : INT; END_VAR\n"
-        "METHOD FB_init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR"
-        " Starts := Starts + 1; END_METHOD\nEND_FUNCTION_BLOCK\n"
-        "PROGRAM Counter VAR F : FB1; END_VAR F(); END_PROGRAM\n"
-        "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.F.Starts; END_PROGRAM\n"
-        "CONFIGURATION C RESOURCE R ON PLC TASK T (INTERVAL := T#10ms, PRIORITY := 1);\n"
-        "PROGRAM A WITH T : Counter; PROGRAM B WITH T : Start; END_RESOURCE END_CONFIGURATION\n"
-    )
-    program.scan(0)
-    assert (program.read("A.F.Starts"), program.read("B.Seen")) == (1, 1)
 
 
 def test_two_instances_of_it_have_no_one_name(mistakes_of: Mistakes) -> None:
@@ -130,31 +102,9 @@ def test_an_action_before_the_first_call_knows_no_in_out(build: Build) -> None:
         program.scan(0)
 
 
-def test_an_array_of_open_length_has_the_bounds_of_what_is_given(build: Build) -> None:
-    program = build(
-        "FUNCTION Total : DINT VAR_INPUT Row : ARRAY [*] OF INT; END_VAR VAR I : DINT; END_VAR\n"
-        "FOR I := LOWER_BOUND(Row, 1) TO UPPER_BOUND(Row, 1) DO Total := Total + Row[I]; END_FOR\n"
-        "END_FUNCTION\n"
-        "FUNCTION_BLOCK Fill VAR_IN_OUT G : ARRAY [*, *] OF INT; END_VAR VAR I, J : DINT; END_VAR\n"
-        "FOR I := LOWER_BOUND(G, 1) TO UPPER_BOUND(G, 1) DO\n"
-        "FOR J := LOWER_BOUND(G, 2) TO UPPER_BOUND(G, 2) DO\n"
-        "G[I, J] := DINT_TO_INT(10 * I + J); END_FOR END_FOR\n"
-        "END_FUNCTION_BLOCK\n"
-        "PROGRAM P VAR A : ARRAY [-1..1] OF INT := [1, 2, 4]; B : ARRAY [5..6] OF INT := [8, 16];\n"
-        "G : ARRAY [1..2, 0..1] OF INT; F : Fill; S, S2 : DINT; END_VAR\n"
-        "S := Total(A); S2 := Total(B); F(G := G); END_PROGRAM\n"
-    )
-    program.scan(0)
-    assert (program.read("Main.S"), program.read("Main.S2")) == (7, 24)
-    assert program.read("Main.G") == [[10, 11], [20, 21]]
-
-
 @pytest.mark.parametrize(
     ("body", "message"),
-    [
-        ("X[9] := 1;", "index 9 is outside 3..4"),
-        ("X[I] := 1;", "index 0 is outside 3..4"),
-    ],
+    [("X[9] := 1;", "index 9 is outside 3..4"), ("X[I] := 1;", "index 0 is outside 3..4")],
 )
 def test_an_index_outside_of_it_ends_the_run(body: str, message: str, build: Build) -> None:
     program = build(
@@ -183,7 +133,7 @@ def test_an_index_outside_of_it_ends_the_run(body: str, message: str, build: Bui
         ("VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR", "F1 := UPPER_BOUND(X, 2);", "from 1 to 1"),
     ],
 )
-def test_what_it_cannot_do_is_refused(
+def test_an_open_array_refuses_what_needs_its_length(
     declaration: str, body: str, message: str, mistakes_of: Mistakes
 ) -> None:
     errors = mistakes_of(f"FUNCTION F1 : DINT {declaration}\n{body} F1 := 0;\nEND_FUNCTION\n")
@@ -200,71 +150,109 @@ def test_another_array_does_not_fit(mistakes_of: Mistakes) -> None:
         assert "needs a ARRAY [*] OF INT" in str(errors[0])
 
 
-def test_calculated_initial_values_and_references(build: Build) -> None:
-    """Of a function in each call, of a program before its first scan."""
-    program = build(
-        "FUNCTION Size : INT VAR_INPUT N : INT; END_VAR VAR M : INT := 2 * N; END_VAR\n"
-        "M := M + 1; Size := M; END_FUNCTION\n"
-        "PROGRAM P VAR A : INT := Size(4); B, C : INT; Own : INT := 3;\n"
-        "R : REFERENCE TO INT REF= Own; END_VAR\n"
-        "B := Size(1); C := Size(2); R := R + 1; END_PROGRAM\n"
-    )
-    program.scan(0)
-    program.scan(10_000)
-    assert [program.read(f"Main.{name}") for name in ("A", "B", "C", "Own")] == [9, 3, 5, 5]
-
-
-def test_a_constant_fits_where_its_value_does(build: Build) -> None:
-    """Whatever its own type: 5 fits an INT, and a REAL too."""
-    program = build(
-        "TYPE Mood : (CALM := 1, WILD := 5); END_TYPE\n"
-        "PROGRAM P VAR CONSTANT N : DINT := 5; END_VAR\n"
-        "VAR I : INT := N; R : REAL := N; M : Mood := N; END_VAR I := I; END_PROGRAM\n"
-    )
-    assert [program.read(f"Main.{name}") for name in ("I", "R", "M")] == [5, 5.0, "WILD"]
-
-
 @pytest.mark.parametrize(
     ("declaration", "message"),
     [
         ("VAR X : INT REF= Y; Y : INT; END_VAR", "REF= needs a variable of REFERENCE TO"),
-        ("VAR X : BOOL S= TRUE; END_VAR", "S= is no initial value"),
+        ("VAR X : BOOL S= TRUE; END_VAR", "S= is not an initial value"),
         ("VAR CONSTANT X : INT := ABS(Y); END_VAR VAR Y : INT; END_VAR", "a constant is expected"),
         ("VAR_TEMP X : INT := ABS(Y); END_VAR VAR Y : INT; END_VAR", "a constant is expected"),
     ],
 )
-def test_what_is_no_initial_value_is_refused(
+def test_a_wrong_initial_value_is_refused(
     declaration: str, message: str, mistakes_of: Mistakes
 ) -> None:
     errors = mistakes_of(f"PROGRAM P {declaration}\nY := 1; END_PROGRAM\n")
     assert message in str(errors[0])
 
 
-def test_a_variable_may_be_called_as_the_qualifier_of_an_edge(build: Build) -> None:
-    program = build("PROGRAM P VAR R_EDGE, F_EDGE : BOOL; END_VAR\nR_EDGE := TRUE; END_PROGRAM\n")
-    program.scan(0)
-    assert (program.read("Main.R_EDGE"), program.read("Main.F_EDGE")) == (True, False)
-
-
-def test_static_variables_of_a_block_are_those_of_all_its_instances(build: Build) -> None:
-    program = build(
+_TWO = (
+    "CONFIGURATION C RESOURCE R ON PLC TASK T (INTERVAL := T#10ms, PRIORITY := 1);\n"
+    "PROGRAM A WITH T : Counter; PROGRAM B WITH T : Start; END_RESOURCE END_CONFIGURATION\n"
+)
+#: The source, the number of scans, every 10 ms from 10 ms on, and the values afterwards.
+_RUNS: dict[str, tuple[str, int, dict[str, Any]]] = {
+    "the instance of a configuration is the one that is named": (
+        "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.N; END_PROGRAM\n"
+        + _COUNT.format("Counter") + _TWO,
+        2, {"A.N": 2, "B.Seen": 2},
+    ),
+    "what a named instance starts is started once": (
+        "FUNCTION_BLOCK FB1 VAR_OUTPUT Starts : INT; END_VAR\n"
+        "METHOD FB_init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR"
+        " Starts := Starts + 1; END_METHOD\nEND_FUNCTION_BLOCK\n"
+        "PROGRAM Counter VAR F : FB1; END_VAR F(); END_PROGRAM\n"
+        "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.F.Starts; END_PROGRAM\n" + _TWO,
+        1, {"A.F.Starts": 1, "B.Seen": 1},
+    ),
+    "an array of open length has the bounds of what is given": (
+        "FUNCTION Total : DINT VAR_INPUT Row : ARRAY [*] OF INT; END_VAR VAR I : DINT; END_VAR\n"
+        "FOR I := LOWER_BOUND(Row, 1) TO UPPER_BOUND(Row, 1) DO Total := Total + Row[I]; END_FOR\n"
+        "END_FUNCTION\n"
+        "FUNCTION_BLOCK Fill VAR_IN_OUT G : ARRAY [*, *] OF INT; END_VAR VAR I, J : DINT; END_VAR\n"
+        "FOR I := LOWER_BOUND(G, 1) TO UPPER_BOUND(G, 1) DO\n"
+        "FOR J := LOWER_BOUND(G, 2) TO UPPER_BOUND(G, 2) DO\n"
+        "G[I, J] := DINT_TO_INT(10 * I + J); END_FOR END_FOR\n"
+        "END_FUNCTION_BLOCK\n"
+        "PROGRAM P VAR A : ARRAY [-1..1] OF INT := [1, 2, 4]; B : ARRAY [5..6] OF INT := [8, 16];\n"
+        "G : ARRAY [1..2, 0..1] OF INT; F : Fill; S, S2 : DINT; END_VAR\n"
+        "S := Total(A); S2 := Total(B); F(G := G); END_PROGRAM\n",
+        1, {"Main.S": 7, "Main.S2": 24, "Main.G": [[10, 11], [20, 21]]},
+    ),
+    "initial values of a function are calculated in each call, of a program once": (
+        "FUNCTION Size : INT VAR_INPUT N : INT; END_VAR VAR M : INT := 2 * N; END_VAR\n"
+        "M := M + 1; Size := M; END_FUNCTION\n"
+        "PROGRAM P VAR A : INT := Size(4); B, C : INT; Own : INT := 3;\n"
+        "R : REFERENCE TO INT REF= Own; END_VAR\n"
+        "B := Size(1); C := Size(2); R := R + 1; END_PROGRAM\n",
+        2, {"Main.A": 9, "Main.B": 3, "Main.C": 5, "Main.Own": 5},
+    ),
+    "a constant fits where its value does, whatever its own type": (
+        "TYPE Mood : (CALM := 1, WILD := 5); END_TYPE\n"
+        "PROGRAM P VAR CONSTANT N : DINT := 5; END_VAR\n"
+        "VAR I : INT := N; R : REAL := N; M : Mood := N; END_VAR I := I; END_PROGRAM\n",
+        0, {"Main.I": 5, "Main.R": 5.0, "Main.M": "WILD"},
+    ),
+    "a variable may be called as the qualifier of an edge": (
+        "PROGRAM P VAR R_EDGE, F_EDGE : BOOL; END_VAR\nR_EDGE := TRUE; END_PROGRAM\n",
+        1, {"Main.R_EDGE": True, "Main.F_EDGE": False},
+    ),
+    "static variables of a block are those of all its instances": (
         "FUNCTION_BLOCK FB1 VAR_STAT N : INT; END_VAR VAR_OUTPUT Q : INT; END_VAR\n"
         "N := N + 1; Q := N; END_FUNCTION_BLOCK\n"
-        "PROGRAM P VAR A, B : FB1; END_VAR A(); B(); END_PROGRAM\n"
-    )
-    program.scan(0)
-    assert (program.read("Main.A.Q"), program.read("Main.B.Q")) == (1, 2)
-
-
-def test_time_is_that_of_the_scan_and_of_a_function_too(build: Build) -> None:
-    program = build(
+        "PROGRAM P VAR A, B : FB1; END_VAR A(); B(); END_PROGRAM\n",
+        1, {"Main.A.Q": 1, "Main.B.Q": 2},
+    ),
+    "the time is that of the scan, in a function too": (
         "FUNCTION Since : TIME VAR_INPUT T0 : TIME; END_VAR Since := TIME() - T0; END_FUNCTION\n"
         "PROGRAM P VAR T1 : TIME; L : LTIME; END_VAR T1 := Since(T#5ms); L := LTIME();\n"
-        "END_PROGRAM\n"
-    )
-    program.scan(20_000)
-    assert str(program.read("Main.T1")) == "0:00:00.015000"
-    assert str(program.read("Main.L")) == "0:00:00.020000"
+        "END_PROGRAM\n",
+        2, {"Main.T1": timedelta(milliseconds=15), "Main.L": timedelta(milliseconds=20)},
+    ),
+    "outputs widen to their targets": (
+        "FUNCTION G : BOOL VAR_OUTPUT N : USINT; END_VAR N := 200; G := TRUE; END_FUNCTION\n"
+        "FUNCTION_BLOCK FB1 VAR_OUTPUT N : INT; END_VAR N := -3;\n"
+        "METHOD M : BOOL VAR_OUTPUT K : SINT; END_VAR K := -4; M := TRUE; END_METHOD\n"
+        "END_FUNCTION_BLOCK\n"
+        "PROGRAM P VAR F : FB1; A : UDINT; B, C : DINT; R : REAL; END_VAR\n"
+        "G(N => A); F(N => B); F.M(K => C); G(N => R); END_PROGRAM\n",
+        1, {"Main.A": 200, "Main.B": -3, "Main.C": -4, "Main.R": 200.0},
+    ),
+    "a counter may be a bit string": (
+        "PROGRAM P VAR B : BYTE; N : INT; END_VAR\n"
+        "FOR B := 250 TO 255 DO N := N + 1; END_FOR END_PROGRAM\n",
+        1, {"Main.N": 6},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", _RUNS)
+def test_a_program_has_these_values_after_some_scans(build: Build, name: str) -> None:
+    source, scans, values = _RUNS[name]
+    program = build(source)
+    for number in range(scans):
+        program.scan(10_000 * (number + 1))
+    assert {path: program.read(path) for path in values} == values
 
 
 @pytest.mark.parametrize(
@@ -278,9 +266,7 @@ def test_time_is_that_of_the_scan_and_of_a_function_too(build: Build) -> None:
         ("R := F.M(A := 1, 2);", [12]),
     ],
 )
-def test_an_argument_without_a_name_is_for_the_pin_at_its_place(
-    call: str, values: list[int], build: Build
-) -> None:
+def test_an_unnamed_argument_has_its_place(call: str, values: list[int], build: Build) -> None:
     pins = "VAR_INPUT A : INT; B : INT; END_VAR"
     program = build(
         f"FUNCTION G : INT {pins} G := 10 * A + B; END_FUNCTION\n"
@@ -291,28 +277,6 @@ def test_an_argument_without_a_name_is_for_the_pin_at_its_place(
     program.scan(0)
     names = ["F.A", "F.B"] if len(values) == 2 else ["R"]
     assert [program.read(f"Main.{name}") for name in names] == values
-
-
-def test_outputs_widen_to_their_targets(build: Build) -> None:
-    program = build(
-        "FUNCTION G : BOOL VAR_OUTPUT N : USINT; END_VAR N := 200; G := TRUE; END_FUNCTION\n"
-        "FUNCTION_BLOCK FB1 VAR_OUTPUT N : INT; END_VAR N := -3;\n"
-        "METHOD M : BOOL VAR_OUTPUT K : SINT; END_VAR K := -4; M := TRUE; END_METHOD\n"
-        "END_FUNCTION_BLOCK\n"
-        "PROGRAM P VAR F : FB1; A : UDINT; B, C : DINT; R : REAL; END_VAR\n"
-        "G(N => A); F(N => B); F.M(K => C); G(N => R); END_PROGRAM\n"
-    )
-    program.scan(0)
-    assert [program.read(f"Main.{name}") for name in "ABCR"] == [200, -3, -4, 200.0]
-
-
-def test_a_counter_may_be_a_bit_string(build: Build) -> None:
-    program = build(
-        "PROGRAM P VAR B : BYTE; N : INT; END_VAR\n"
-        "FOR B := 250 TO 255 DO N := N + 1; END_FOR END_PROGRAM\n"
-    )
-    program.scan(0)
-    assert program.read("Main.N") == 6
 
 
 @pytest.mark.parametrize(
@@ -346,7 +310,7 @@ def test_bad_input_is_a_message(contents: bytes, message: str, tmp_path: Path) -
     assert all(message in str(error) for error in errors)
 
 
-def test_one_name_in_two_files_is_one_message(tmp_path: Path) -> None:
+def test_a_name_in_two_files_is_one_message(tmp_path: Path) -> None:
     files = [tmp_path / "one.st", tmp_path / "two.st"]
     for file in files:
         file.write_text(_COUNT.format("P"))

@@ -10,6 +10,9 @@ import pytest
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
 
+Build = Callable[[str], BuiltinProgram]
+Mistakes = Callable[[str], list[InputError]]
+
 _TYPES = """
 TYPE ST_Point : STRUCT X : INT; Y : INT; END_STRUCT; END_TYPE
 TYPE ST_Node : STRUCT Value : INT; Next : POINTER TO ST_Node; END_STRUCT; END_TYPE
@@ -54,7 +57,7 @@ _VARIABLES = """
 """
 
 
-def _run(build: Callable[[str], BuiltinProgram], body: str) -> BuiltinProgram:
+def _run(build: Build, body: str) -> BuiltinProgram:
     program = build(f"{_TYPES}\nPROGRAM P1\nVAR {_VARIABLES} END_VAR\n{body}\nEND_PROGRAM\n")
     program.scan(0)
     return program
@@ -70,46 +73,26 @@ def _run(build: Callable[[str], BuiltinProgram], body: str) -> BuiltinProgram:
         ("P := ADR(G); X := P[2];", "X", 3),
         ("PA := ADR(A); PA^[2] := 33; X := A[2] + PA^[0];", "X", 43),
         ("PS := ADR(S); PS^.X := 4; PS^.Y := PS^.X + 1; X := S.Y;", "X", 5),
-        (
-            "PS := ADR(Points[2]); PS^.X := 9; PS[1].X := 8; X := Points[2].X; Y := Points[3].X;",
-            "X Y",
-            (9, 8),
-        ),
+        ("PS := ADR(Points[2]); PS^.X := 9; PS[1].X := 8; X := Points[2].X; Y := Points[3].X;",
+         "X Y", (9, 8)),
         ("S.X := 3; PS := ADR(T); PS^ := S; S.X := 99; X := T.X;", "X", 3),
         ("P := ADR(S.Y); P^ := 6; X := S.Y;", "X", 6),
         ("P := ADR(N); PP := ADR(P); PP^^ := 11; X := N;", "X", 11),
         ("Two.Value := 5; One.Next := ADR(Two); PN := ADR(One); X := PN^.Next^.Value;", "X", 5),
-        (
-            "PN := ADR(One); One.Next := ADR(Two);"
-            " WHILE PN <> 0 DO X := X + 1; PN := PN^.Next; END_WHILE;",
-            "X",
-            2,
-        ),
-        (
-            "B[1] := P = 0; P := ADR(N); B[2] := P <> 0; P := 0; B[3] := P = NULL; B[4] := 0 = P;",
-            "B",
-            [True] * 4,
-        ),
-        (
-            "P := ADR(N); Q := ADR(N); B[1] := P = Q; Q := ADR(M); B[2] := P <> Q;",
-            "B",
-            [True, True, False, False],
-        ),
-        (
-            "P := ADR(A[1]); Q := ADR(A) + SIZEOF(INT); B[1] := P = Q; X := Q^;",
-            "B X",
-            ([True, False, False, False], 20),
-        ),
+        ("PN := ADR(One); One.Next := ADR(Two);"
+         " WHILE PN <> 0 DO X := X + 1; PN := PN^.Next; END_WHILE;", "X", 2),
+        ("B[1] := P = 0; P := ADR(N); B[2] := P <> 0; P := 0; B[3] := P = NULL; B[4] := 0 = P;",
+         "B", [True] * 4),
+        ("P := ADR(N); Q := ADR(N); B[1] := P = Q; Q := ADR(M); B[2] := P <> Q;", "B",
+         [True, True, False, False]),
+        ("P := ADR(A[1]); Q := ADR(A) + SIZEOF(INT); B[1] := P = Q; X := Q^;", "B X",
+         ([True, False, False, False], 20)),
         ("P := ADR(A); FOR X := 1 TO 4 DO Y := Y + P^; P := P + SIZEOF(P^); END_FOR;", "Y", 100),
         ("P := ADR(A[3]) - 4; X := P^;", "X", 20),
         ("R REF= N; R := R + 1; X := N;", "X", 8),
         ("R REF= A[2]; R2 REF= R; R2 := 31; X := A[2];", "X", 31),
-        (
-            "B[1] := __ISVALIDREF(R); R REF= N; B[2] := __ISVALIDREF(R);"
-            " R REF= 0; B[3] := __ISVALIDREF(R);",
-            "B",
-            [False, True, False, False],
-        ),
+        ("B[1] := __ISVALIDREF(R); R REF= N; B[2] := __ISVALIDREF(R);"
+         " R REF= 0; B[3] := __ISVALIDREF(R);", "B", [False, True, False, False]),
         ("P := ADR(A[1]); R REF= P^; R := 21; X := A[1];", "X", 21),
         ("RS REF= Points[1]; RS.X := 2; X := Points[1].X;", "X", 2),
         ("R REF= N; P := ADR(R); P^ := 1; X := N;", "X", 1),
@@ -118,21 +101,15 @@ def _run(build: Callable[[str], BuiltinProgram], body: str) -> BuiltinProgram:
         ("X := FC_Sum(First := ADR(A), Count := 4);", "X", 100),
         ("X := FC_Bump(N); Y := FC_Bump(Target := A[0]);", "X Y N", (8, 11, 8)),
         ("X := FC_Local(3); Y := FC_Local(4);", "X Y", (83, 94)),
-        (
-            "M := 25; Buffer(Data := ADR(A), Limit := M); X := Buffer.Most;",
-            "X A",
-            (25, [10, 20, 25, 25]),
-        ),
+        ("M := 25; Buffer(Data := ADR(A), Limit := M); X := Buffer.Most;", "X A",
+         (25, [10, 20, 25, 25])),
         ("Flag := TRUE; PB := ADR(Flag); PB^ := NOT PB^; B[1] := Flag;", "B", [False] * 4),
         ("X := SIZEOF(A); Y := SIZEOF(ST_Mixed); D := SIZEOF(LREAL);", "X Y D", (8, 12, 8)),
         ("X := SIZEOF(S) / 2;", "X", 2),
     ],
-)
-def test_a_pointer_leads_to_its_variable(
-    body: str, want: str, expected: Any, build: Callable[[str], BuiltinProgram]
-) -> None:
+)  # fmt: skip
+def test_a_pointer_leads_to_its_variable(body: str, want: str, expected: Any, build: Build) -> None:
     program = _run(build, body)
-
     found = tuple(program.read(f"Main.{name}") for name in want.split())
     assert (found[0] if len(found) == 1 else found) == expected
 
@@ -154,12 +131,9 @@ def test_a_pointer_leads_to_its_variable(
         ("B[1] := P <> 0 AND P^ > 0;", "the pointer is 0"),
     ],
 )
-def test_a_pointer_that_leads_nowhere_is_one_message(
-    statement: str, message: str, build: Callable[[str], BuiltinProgram]
-) -> None:
+def test_a_pointer_to_nowhere_is_reported(statement: str, message: str, build: Build) -> None:
     with pytest.raises(InputError, match=message) as caught:
         _run(build, f"X := 0;\n{statement}\n")
-
     line = f"{_TYPES}\nPROGRAM P1\nVAR {_VARIABLES} END_VAR\nX := 0;\n".count("\n") + 1
     assert caught.value.line == line
 
@@ -175,7 +149,7 @@ def test_a_pointer_that_leads_nowhere_is_one_message(
         ("X := R^;", "^ needs a pointer, not a INT"),
         ("B[1] := ADR(Buffer) < ADR(Buffer);", "< is not defined for POINTER TO FB_Buffer"),
         ("P := P * 2;", "* is not defined for POINTER TO INT"),
-        ("P := P + 3;", "no whole number of INT; write a multiple of SIZEOF, 2 here"),
+        ("P := P + 3;", "not a whole number of INT; write a multiple of SIZEOF, 2 here"),
         ("P := ADR(N + 1);", "ADR needs a variable"),
         ("R REF= 5;", "needs a variable to refer to"),
         ("R REF= Flag;", "cannot lead to a BOOL"),
@@ -186,27 +160,22 @@ def test_a_pointer_that_leads_nowhere_is_one_message(
         ("MEMCPY(P, Q, 2);", "MEMCPY"),
     ],
 )
-def test_what_is_no_pointer_is_refused(
-    statement: str, message: str, mistakes_of: Callable[[str], list[InputError]]
-) -> None:
+def test_a_wrong_pointer_is_refused(statement: str, message: str, mistakes_of: Mistakes) -> None:
     errors = mistakes_of(
         f"{_TYPES}\nPROGRAM P1\nVAR {_VARIABLES} END_VAR\n{statement}\nEND_PROGRAM\n"
     )
-
     assert errors, "nothing was refused"
     assert message in str(errors[0])
 
 
-def test_a_snapshot_holds_where_pointers_lead(build: Callable[[str], BuiltinProgram]) -> None:
+def test_a_snapshot_holds_where_pointers_lead(build: Build) -> None:
     """Another instance of the program takes it back, and its own variables are meant there."""
     body = "IF P = 0 THEN P := ADR(A[1]); R REF= S.Y; PS := ADR(Points[3]); END_IF; P^ := P^ + 1;"
     body += " R := R + 2; PS^.X := PS^.X + 3;"
     first = _run(build, body)
     second = first.instance()
     second.restore(first.snapshot())
-
     second.scan(10_000)
-
     assert second.snapshot() != first.snapshot()
     assert (second.read("Main.A[1]"), second.read("Main.S.Y")) == (22, 4)
     assert second.read("Main.Points[3].X") == 6
@@ -215,25 +184,18 @@ def test_a_snapshot_holds_where_pointers_lead(build: Callable[[str], BuiltinProg
     assert second.snapshot() == first.snapshot()
 
 
-def test_a_pointer_is_read_as_the_path_it_leads_to(build: Callable[[str], BuiltinProgram]) -> None:
+def test_a_pointer_is_read_as_the_path_it_leads_to(build: Build) -> None:
     body = "P := ADR(A[2]); Q := ADR(S.Y); PA := ADR(A); PN := ADR(Two); R REF= G[2, 1];"
     program = _run(build, body)
-
     names = ("P", "Q", "PA", "PN", "R", "PP", "U")
-    assert [program.read(f"Main.{name}") for name in names] == [
-        "Main.A[2]",
-        "Main.S.Y",
-        "Main.A",
-        "Main.Two",
-        "Main.G[2,1]",
-        "",
-        "",
-    ]
+    assert [program.read(f"Main.{name}") for name in names] == ["Main.A[2]", "Main.S.Y", "Main.A",
+                                                                "Main.Two", "Main.G[2,1]", "",
+                                                                ""]  # fmt: skip
     with pytest.raises(InputError, match="cannot be set"):
         program.write("Main.P", "Main.A[1]")
 
 
-def test_what_the_result_of_a_call_points_to(build: Callable[[str], BuiltinProgram]) -> None:
+def test_the_result_of_a_call_can_be_dereferenced(build: Build) -> None:
     program = build(
         "FUNCTION FC_Where : POINTER TO INT VAR_INPUT P : POINTER TO INT; END_VAR\n"
         "FC_Where := P + 2; END_FUNCTION\n"
@@ -246,14 +208,9 @@ def test_what_the_result_of_a_call_points_to(build: Callable[[str], BuiltinProgr
 
 @pytest.mark.parametrize(
     ("body", "message"),
-    [
-        ("F()();", "a call cannot stand here"),
-        ("N := F()^;", "^ needs a pointer, not a INT"),
-    ],
+    [("F()();", "a call cannot stand here"), ("N := F()^;", "^ needs a pointer, not a INT")],
 )
-def test_calls_where_none_can_stand(
-    body: str, message: str, mistakes_of: Callable[[str], list[InputError]]
-) -> None:
+def test_calls_where_none_can_stand(body: str, message: str, mistakes_of: Mistakes) -> None:
     errors = mistakes_of(
         "FUNCTION F : INT F := 1; END_FUNCTION\n"
         f"PROGRAM P1 VAR N : INT; END_VAR {body} END_PROGRAM\n"
@@ -261,10 +218,10 @@ def test_calls_where_none_can_stand(
     assert message in str(errors[0])
 
 
-def test_super_of_what_is_missing_is_told_once(
-    mistakes_of: Callable[[str], list[InputError]],
-) -> None:
+def test_super_of_what_is_missing_is_one_message(mistakes_of: Mistakes) -> None:
     errors = mistakes_of(
         "FUNCTION_BLOCK FB1 EXTENDS Nowhere VAR N : INT; END_VAR N := SUPER^.N; END_FUNCTION_BLOCK"
     )
-    assert [error.message for error in errors] == ["Nowhere is no function block of these sources"]
+    assert [error.message for error in errors] == [
+        "Nowhere is not a function block of these sources"
+    ]

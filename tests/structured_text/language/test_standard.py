@@ -158,17 +158,11 @@ def test_a_function_gives_what_the_standard_says(evaluate: Evaluate) -> None:
     assert not wrong
 
 
-_LENGTHS = [
-    ("USINT", "SIZEOF(BOOL)", 1),
-    ("UDINT", "SIZEOF(LREAL)", 8),
-    ("UDINT", "SIZEOF(A1)", 24),
-    ("UDINT", "SIZEOF(Mixed)", 16),
-    ("UDINT", "SIZEOF(M1)", 16),
-    ("UDINT", "SIZEOF(S1)", 127),
-    ("DINT", "LOWER_BOUND(A1, 1)", -1),
-    ("DINT", "UPPER_BOUND(A1, 1)", 1),
-    ("INT", "UPPER_BOUND(A1, 2)", 5),
-]
+_LENGTHS = [("USINT", "SIZEOF(BOOL)", 1), ("UDINT", "SIZEOF(LREAL)", 8),
+            ("UDINT", "SIZEOF(A1)", 24), ("UDINT", "SIZEOF(Mixed)", 16),
+            ("UDINT", "SIZEOF(M1)", 16), ("UDINT", "SIZEOF(S1)", 127),
+            ("DINT", "LOWER_BOUND(A1, 1)", -1), ("DINT", "UPPER_BOUND(A1, 1)", 1),
+            ("INT", "UPPER_BOUND(A1, 2)", 5)]  # fmt: skip
 
 
 def test_sizes_and_bounds_are_constants(evaluate: Evaluate) -> None:
@@ -201,9 +195,7 @@ def test_sizes_and_bounds_are_constants(evaluate: Evaluate) -> None:
         ("T2 := DIV_TIME(T2, 0);", "division by zero"),
     ],
 )
-def test_what_a_function_cannot_take_is_refused(
-    errors_of: Errors, statement: str, message: str
-) -> None:
+def test_a_wrong_argument_is_refused(errors_of: Errors, statement: str, message: str) -> None:
     variables = (
         "I : INT; D : DATE; C : CHAR; S : STRING; WS : WSTRING; W : WORD; R : REAL; X : BOOL;"
         " E : ARRAY [1..2] OF WORD; T1 : TON; T2 : TIME;"
@@ -216,15 +208,13 @@ def test_what_a_function_cannot_take_is_refused(
 @pytest.mark.parametrize(
     ("statement", "message"),
     [
-        ("U := WORD_BCD_TO_UINT(W);", "16#1a is no BCD number"),
-        ("W := UINT_TO_BCD_WORD(U);", "10000 is no number of 4 BCD digits"),
+        ("U := WORD_BCD_TO_UINT(W);", "16#1a is not a BCD number"),
+        ("W := UINT_TO_BCD_WORD(U);", "10000 is not a number of 4 BCD digits"),
         ("D := CONCAT_DATE(2023, 2, N + 29);", "there is no date 2023-02-29"),
         ("T1 := CONCAT_TOD(N + 24, 0, 0, 0);", "there is no time of day 24:00:00.000"),
     ],
 )
-def test_what_has_no_value_is_a_fault_of_the_program(
-    tmp_path: Path, statement: str, message: str
-) -> None:
+def test_a_missing_value_is_a_fault(tmp_path: Path, statement: str, message: str) -> None:
     file = tmp_path / "fault.st"
     variables = "W : WORD := 16#1A; U : UINT := 10000; D : DATE; T1 : TOD; N : INT;"
     file.write_text(f"PROGRAM P1 VAR {variables} END_VAR {statement} END_PROGRAM")
@@ -233,9 +223,7 @@ def test_what_has_no_value_is_a_fault_of_the_program(
         program.scan(0)
 
 
-def test_a_function_of_the_program_goes_before_one_that_came_with_the_third_edition(
-    evaluate: Evaluate,
-) -> None:
+def test_own_functions_win_over_those_of_the_third_edition(evaluate: Evaluate) -> None:
     before = (
         "FUNCTION TO_INT : INT VAR_INPUT A : INT; END_VAR TO_INT := A * 2; END_FUNCTION\n"
         "FUNCTION ATAN2 : INT VAR_INPUT A : INT; END_VAR ATAN2 := A + 1; END_FUNCTION\n"
@@ -288,9 +276,7 @@ def test_the_other_timers_too(kind: str, levels: str, tmp_path: Path) -> None:
     assert "".join("1" if q else "0" for (q,) in rows) == levels
 
 
-def test_a_block_that_is_called_like_a_standard_one_has_its_own_pins(
-    build: Callable[[str], BuiltinProgram],
-) -> None:
+def test_an_own_ctu_has_its_own_pins(build: Callable[[str], BuiltinProgram]) -> None:
     """RESET of a CTU is another name of its R."""
     program = build(
         "FUNCTION_BLOCK CTU_Own VAR_INPUT RESET : BOOL; END_VAR VAR_OUTPUT Q : BOOL; END_VAR\n"
@@ -313,9 +299,7 @@ def test_a_block_that_is_called_like_a_standard_one_has_its_own_pins(
         ("CTU_ULINT : B1(CU := TRUE, RESET := FALSE, PV := 5);", "CV", 1),
     ],
 )
-def test_a_pin_is_known_by_both_of_its_names(
-    call: str, pin: str, value: Any, tmp_path: Path
-) -> None:
+def test_a_pin_has_two_names(call: str, pin: str, value: Any, tmp_path: Path) -> None:
     kind, _, statement = call.partition(" : ")
     file = tmp_path / "pins.st"
     file.write_text(f"PROGRAM P1 VAR B1 : {kind}; END_VAR {statement} END_PROGRAM")

@@ -25,15 +25,10 @@ STATE = EnumType("STATE", ("IDLE", "RUN"), (0, 10))
 GRID = ArrayType("GRID", ((1, 2), (0, 1)), INT)
 LONG = ArrayType("LONG", ((1, LONGEST + 1),), INT)
 POINT = StructType("POINT", (("X", INT), ("Grid", GRID)))
-BLOCK = BlockType(
-    "BLOCK",
-    (
-        Variable("Go", ElementaryType("BOOL"), "VAR_INPUT"),
-        Variable("Robot", POINT, "VAR_IN_OUT"),
-        Variable("Limit", INT, "VAR_EXTERNAL"),
-        Variable("Count", INT, "VAR"),
-    ),
-)
+BLOCK = BlockType("BLOCK", (Variable("Go", ElementaryType("BOOL"), "VAR_INPUT"),
+                            Variable("Robot", POINT, "VAR_IN_OUT"),
+                            Variable("Limit", INT, "VAR_EXTERNAL"),
+                            Variable("Count", INT, "VAR")))  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -65,9 +60,7 @@ BLOCK = BlockType(
         (POINT, {"X": 1, "Grid": [[1, 2], [3, 4]]}, "(X := 1, Grid := [1, 2, 3, 4])"),
     ],
 )
-def test_a_value_is_shown_as_it_is_written_in_structured_text(
-    kind: Type, value: Any, text: str
-) -> None:
+def test_values_are_shown_as_structured_text(kind: Type, value: Any, text: str) -> None:
     assert value_text(kind, value) == text
 
 
@@ -103,7 +96,7 @@ def test_a_header_says_of_what_type_a_variable_is() -> None:
     assert described(ReferenceType("POINTER", INT)) == "POINTER TO INT"
 
 
-def test_what_json_does_not_know_is_a_literal() -> None:
+def test_values_unknown_to_json_become_literals() -> None:
     values = {"A": [timedelta(seconds=1), date(2024, 1, 2)], "B": float("nan"), "C": 5}
     assert literal(values) == {"A": ["T#1000ms", "D#2024-01-02"], "B": "nan", "C": 5}
     assert literal("\xe9\ud83d\ude00\ude00") == "\xe9\U0001f600\ufffd", "no halves of characters"
@@ -119,6 +112,6 @@ def test_a_type_comes_back_from_its_description() -> None:
 
 
 @pytest.mark.parametrize("description", [7, None, [], {"enum": "E"}, {"array": 1, "of": "INT"}])
-def test_what_describes_no_type_is_refused(description: Any) -> None:
+def test_a_wrong_description_of_a_type_is_refused(description: Any) -> None:
     with pytest.raises((AttributeError, KeyError, TypeError, ValueError)):
         typed(description)

@@ -27,15 +27,11 @@ from structured_text.output.console import draws, escaped, quoted, spare_no_char
         ("no such thing", False),
     ],
 )
-def test_lines_are_drawn_where_all_their_characters_are(
-    encoding: str | None, expected: bool
-) -> None:
+def test_lines_need_all_their_characters(encoding: str | None, expected: bool) -> None:
     assert draws(encoding) is expected
 
 
-def test_a_character_that_is_not_known_is_written_by_its_number(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_unknown_character_is_shown_by_its_number(monkeypatch: pytest.MonkeyPatch) -> None:
     written = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, "cp1252"))
     spare_no_character()
@@ -43,9 +39,7 @@ def test_a_character_that_is_not_known_is_written_by_its_number(
     assert written.getvalue() == b"M\xfcller \\u25cf"
 
 
-def test_what_the_user_has_chosen_for_such_characters_stays(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_choice_of_the_user_is_respected(monkeypatch: pytest.MonkeyPatch) -> None:
     written = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, "ascii", errors="replace"))
     spare_no_character()
@@ -81,7 +75,7 @@ def test_a_name_is_quoted_where_a_shell_would_take_it_apart(name: str, expected:
         ("\u202eevil\u2028", r"\u202eevil\u2028"),  # right to left, line separator
     ],
 )
-def test_what_is_no_character_to_print_is_written_as_its_code(text: str, shown: str) -> None:
+def test_unprintable_characters_are_shown_as_codes(text: str, shown: str) -> None:
     assert escaped(text) == shown
 
 

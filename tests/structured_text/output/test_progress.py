@@ -53,7 +53,7 @@ def test_a_task_of_nothing_shows_no_bar() -> None:
     assert "0/0" not in shown.getvalue()
 
 
-def test_what_nobody_has_counted_ends_with_its_number() -> None:
+def test_an_unknown_total_is_shown_at_the_end() -> None:
     """Two items of a generator: 2/? while it goes on, 2/2 at its end.
 
     Source: a user's screen.

@@ -1,4 +1,4 @@
-"""What systems do differently is in one module, and each of them has what it needs there."""
+"""Differences between operating systems are in one module, which works on each of them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ import pytest
 
 from imports import shipped
 from structured_text.output import system
-from system_names import SYSTEMS, names_of, used
+from system_names import used
 
 SYSTEM, GUARD = "structured_text.output.system", "structured_text.output.guard"
 
@@ -45,48 +45,6 @@ def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
         if isinstance(node, ast.Attribute) and ast.unparse(node) in ("sys.platform", "os.name")
     }
     assert asks == {SYSTEM, GUARD}
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("import os\nos.fork()", {"os.fork"}),
-        ("import os as o\ndef f():\n    o.geteuid()", {"os.geteuid"}),
-        ("from os import link, fork", {"os.fork"}),  # Windows has links
-        ("import os\nos.open('a', os.O_DIRECTORY)", {"os.O_DIRECTORY"}),
-        ("import os\nos.sched_getaffinity(0)", {"os.sched_getaffinity"}),
-        ("import os\ngetattr(os, 'fork')", {"os.'fork'"}),
-        ("import os\nif hasattr(os, name): pass", {"os.name"}),
-        ("import signal\nsignal.alarm(1)", {"signal.alarm"}),
-        ("import signal\nsignal.signal(signal.SIGALRM, f)", {"signal.SIGALRM"}),
-        ("import signal\nsignal.SIGBREAK", {"signal.SIGBREAK"}),
-        ("import socket\nsocket.socket(socket.AF_UNIX)", {"socket.AF_UNIX"}),
-        ("def f(one):\n    return one.recvmsg(1)", set()),
-        ("import socket\ndef f(one):\n    return one.recvmsg(1)", {"recvmsg"}),
-        ("def f(loop):\n    loop.add_signal_handler(2, g)", {"add_signal_handler"}),
-        ("import resource", {"resource"}),
-        ("def f():\n    from fcntl import flock", {"fcntl", "fcntl.flock"}),
-        ("import termios, pwd, grp", {"termios", "pwd", "grp"}),
-        ("import _ctypes\n_ctypes.dlclose(1)", {"_ctypes.dlclose"}),
-        ("import ctypes\nctypes.windll", {"ctypes.windll"}),
-        ("import subprocess\nsubprocess.STARTUPINFO", {"subprocess.STARTUPINFO"}),
-        ("import time\ntime.clock_gettime(1)", {"time.clock_gettime"}),
-        ("import os, signal\nos.kill(1, signal.SIGTERM)\nos.replace('a', 'b')", set()),
-        ("import typer\ntyper.fork()", set()),
-    ],
-)
-def test_what_one_system_lacks_is_seen(text: str, expected: set[str]) -> None:
-    """Source: the documentation of the standard library, availability."""
-    assert used(text) == expected
-
-
-def test_the_names_are_those_of_each_system() -> None:
-    """Source: the documentation of the standard library, availability."""
-    windows, mac, linux = (names_of("os", one) for one in SYSTEMS)
-    assert "startfile" in windows
-    assert {"fork", "chroot"} <= mac & linux - windows
-    assert "sched_setaffinity" in linux - mac - windows
-    assert {"replace", "getpid", "environ"} <= windows & mac & linux
 
 
 @pytest.fixture
@@ -119,7 +77,7 @@ def test_standard_input_is_waited_for_beside_sockets(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_who_waits_is_told_to_end_and_then_no_more(number: signal.Signals) -> None:
+def test_a_signal_ends_the_wait_once(number: signal.Signals) -> None:
     told = threading.Event()
     before = signal.getsignal(number)
     with system.told_to_end(told.set):
@@ -139,7 +97,7 @@ def handlers() -> Iterator[None]:
 
 @pytest.mark.usefixtures("handlers")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_what_ends_a_command_ends_it_as_ctrl_c_does(number: signal.Signals) -> None:
+def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals) -> None:
     """Source: a defect report: SIGTERM leaves no temporary folders; Ctrl-C removes them."""
     for one in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(one, signal.SIG_DFL)
@@ -170,7 +128,7 @@ def test_a_signal_that_is_ignored_stays_so() -> None:
         ("win32", errno.ENOSPC, False),
     ],
 )
-def test_a_reader_that_has_gone_is_told_from_a_full_disk(
+def test_a_closed_pipe_is_not_a_full_disk(
     monkeypatch: pytest.MonkeyPatch, platform: str, number: int, expected: bool
 ) -> None:
     """On Windows writing to such a pipe is an invalid argument."""

@@ -51,7 +51,7 @@ def _names(folder: Path) -> list[str]:
 
 
 @pytest.mark.usefixtures("later")
-def test_it_is_looked_into_once(folder: Path, looked: list[str]) -> None:
+def test_an_unchanged_folder_is_read_once(folder: Path, looked: list[str]) -> None:
     assert _names(folder) == _names(folder) == ["a.st", "below/b.st"]
     assert looked == ["plc", "below"]
 
@@ -66,7 +66,7 @@ def test_a_file_that_comes_or_goes_below_it_is_seen(folder: Path, looked: list[s
     assert looked[2:] == ["below", "plc"]
 
 
-def test_one_that_changed_just_now_is_looked_into_again(folder: Path, looked: list[str]) -> None:
+def test_a_folder_that_changed_just_now_is_read_again(folder: Path, looked: list[str]) -> None:
     """Two changes at one tick of the clock of a file system leave the same time."""
     _names(folder)
     _names(folder)
@@ -74,7 +74,7 @@ def test_one_that_changed_just_now_is_looked_into_again(folder: Path, looked: li
 
 
 @pytest.mark.usefixtures("later")
-def test_one_whose_time_was_set_back_is_looked_into_again(folder: Path) -> None:
+def test_a_folder_with_an_older_time_is_read_again(folder: Path) -> None:
     """As programs do that unpack or copy a folder with its times."""
     if os.name == "nt":
         pytest.skip("Windows has no time of the last change that a program cannot set")
@@ -89,9 +89,7 @@ def test_one_whose_time_was_set_back_is_looked_into_again(folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("later")
-def test_the_same_name_elsewhere_is_another_folder(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_same_name_may_be_elsewhere(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     other = folder.parent / "other/plc"
     other.mkdir(parents=True)
     (other / "d.st").touch()

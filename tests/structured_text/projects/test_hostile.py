@@ -1,4 +1,4 @@
-"""Numbers, encodings and aliases of project files that are none: one message with its place."""
+"""Wrong numbers, encodings and aliases in project files: one message with its place."""
 
 from __future__ import annotations
 
@@ -32,14 +32,8 @@ _L5X = """\
 <ScheduledProgram Name="Own"/></ScheduledPrograms></Task></Tasks></Controller>
 </RSLogix5000Content>"""
 _FILES = {"a.xml": _PLCOPEN, "a.TcTTO": _TWINCAT, "a.L5X": _L5X}
-_USUAL = {
-    "encoding": "utf-8",
-    "said": "",
-    "interval": "10",
-    "priority": "1",
-    "tags": "",
-    "code": "",
-}
+_USUAL = {"encoding": "utf-8", "said": "", "interval": "10", "priority": "1", "tags": "",
+          "code": ""}  # fmt: skip
 
 
 def _written(folder: Path, name: str, **changed: str) -> Path:
@@ -75,9 +69,7 @@ def _refused(file: Path) -> str:
         "1e3",
     ],
 )
-def test_a_priority_is_a_whole_number_from_0_to_65535(
-    name: str, number: str, tmp_path: Path
-) -> None:
+def test_a_priority_is_a_number_up_to_65535(name: str, number: str, tmp_path: Path) -> None:
     """IEC 61131-3, tasks: an unsigned number; Python would read some of these, or crash.
 
     Source: docs/reference/limits.md, files.
@@ -92,9 +84,7 @@ def test_a_priority_is_a_whole_number_from_0_to_65535(
     "interval",
     ["ten", "-1", "nan", "inf", "1e400", "\u00b2", "0", "9" * 5_000, "9" * 17, f"0.{'1' * 50}"],
 )
-def test_an_interval_is_a_number_of_at_most_a_year(
-    name: str, interval: str, tmp_path: Path
-) -> None:
+def test_an_interval_is_a_year_at_most(name: str, interval: str, tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     text = _refused(_written(tmp_path, name, interval=interval))
     assert "the interval '" in text or "the cycle time of the task T [us] is '" in text
@@ -139,7 +129,7 @@ def test_a_dimension_of_a_tag_is_a_whole_number(dimension: str, tmp_path: Path) 
     assert "a.L5X:2: a dimension of b is '" in _refused(_written(tmp_path, "a.L5X", tags=tag))
 
 
-def test_whole_numbers_have_limits_of_their_own(tmp_path: Path) -> None:
+def test_whole_numbers_have_limits(tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     assert [whole(one, "it", 1, 9, tmp_path, 1) for one in ("1", " 9 ")] == [1, 9]
     for one in ("0", "10", ""):
@@ -197,7 +187,7 @@ def test_an_alias_of_a_controller_may_be_a_tag_of_a_program(tmp_path: Path) -> N
 
 @pytest.mark.exhaustive(but=["code1"])
 @pytest.mark.parametrize("code", ["a := " + "(" * 9_000 + "a", "a := " + "9" * 5_000 + ";"])
-def test_statements_of_logix_that_cannot_be_read_are_told(code: str, tmp_path: Path) -> None:
+def test_unreadable_statements_of_logix_are_reported(code: str, tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, programs."""
     file = _written(tmp_path, "a.L5X", code=code)
     with pytest.raises(InputError, match="the body of Own") as caught:
@@ -209,8 +199,7 @@ def test_statements_of_logix_that_cannot_be_read_are_told(code: str, tmp_path: P
 
 
 @pytest.mark.parametrize(
-    "encoding",
-    ["Shift_JIS", "EUC-JP", "ISO-2022-JP", "GB2312", "GBK", "GB18030", "Big5", "utf-16"],
+    "encoding", ["Shift_JIS", "EUC-JP", "ISO-2022-JP", "GB2312", "GBK", "GB18030", "Big5", "utf-16"]
 )
 def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_path: Path) -> None:
     """The robots come from Japan, and so do many of the projects.
@@ -240,9 +229,7 @@ def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_pat
         (b'<?xml version="1.0" encoding="utf-8"?>\n<p a="\xff"/>', ":2: byte 45 is not utf-8"),
     ],
 )
-def test_what_is_not_of_its_encoding_has_its_line(
-    content: bytes, told: str, tmp_path: Path
-) -> None:
+def test_a_wrong_encoding_has_its_line(content: bytes, told: str, tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     file = tmp_path / "a.xml"
     file.write_bytes(content)

@@ -20,7 +20,7 @@ def _exact(op: str, left: int, right: int) -> int:
 @pytest.mark.parametrize("kind", list(_EDGES))
 @pytest.mark.parametrize("op", ["+", "-", "*"])
 @pytest.mark.parametrize("known", ["both", "left", "right", "none"])
-def test_what_leaves_a_type_of_8_bits(kind: str, op: str, known: str) -> None:
+def test_arithmetic_that_leaves_8_bits_is_found(kind: str, op: str, known: str) -> None:
     """Against numbers without limits; IEC 61131-3 table 10 has the ranges."""
     least, most = (-128, 127) if kind == "SINT" else (0, 255)
     a, b = z3.BitVec("a", 8), z3.BitVec("b", 8)
@@ -38,9 +38,7 @@ def test_what_leaves_a_type_of_8_bits(kind: str, op: str, known: str) -> None:
     ("op", "left", "right", "leaves"),
     [("/", -128, -1, True), ("/", -127, -1, False), ("MOD", -128, -1, True), ("/", -128, 2, False)],
 )
-def test_only_the_lowest_number_by_minus_1_leaves_it_in_a_division(
-    op: str, left: int, right: int, leaves: bool
-) -> None:
+def test_only_the_lowest_by_minus_1_leaves(op: str, left: int, right: int, leaves: bool) -> None:
     kind = ELEMENTARY["SINT"]
     assert overflow.arithmetic(op, left, right, kind, overflow.NANOSECONDS) is leaves
 

@@ -163,9 +163,7 @@ def test_every_point_can_be_measured(point: str) -> None:
     assert callable(import_module(f"rcx_tools.bench.{point}").measure)
 
 
-def test_an_unknown_point_is_named_with_those_there_are(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_an_unknown_point_is_named_with_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     """Source: the Makefile: make bench ONLY=point."""
     assert main(["--only", "handshakes"]) == 2
     said = " ".join(capsys.readouterr().err.split())

@@ -9,7 +9,8 @@ import pytest
 from rcx_tools.bench.agreement import candidates, compared
 from rcx_tools.bench.figure import Options
 from rcx_tools.bench.language import accepted, measure, sources_of
-from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 
 _GOOD = "FUNCTION_BLOCK {0}\nVAR A : INT; END_VAR\nA := A + 1; // counts\nEND_FUNCTION_BLOCK\n"

@@ -10,14 +10,9 @@ import pytest
 from rcx_harness.cell.sources import default_lib
 from rcx_tools.bench import sizes
 from rcx_tools.bench.figure import Options
-from structured_text.engines.load import (
-    MISSING,
-    find_c_compiler,
-    find_cxx_compiler,
-    find_matiec,
-    find_strucpp,
-)
-from structured_text.engines.strucpp.build import MISSING_STRUCPP
+from structured_text.engines.matiec.build import MISSING, find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_compiler
+from structured_text.engines.strucpp.build import MISSING_STRUCPP, find_strucpp
 
 _PAGE = Path(__file__).resolve().parents[3] / "docs/explanation/timing.md"
 #: Folders of the library whose blocks are built of others.
@@ -37,9 +32,7 @@ def _printed() -> dict[str, int]:
     return found
 
 
-def test_without_matiec_the_figures_are_said_to_be_missing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_without_matiec_the_figures_are_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sizes, "find_matiec", lambda: None)
     measured = sizes.measure(Options())
     assert measured

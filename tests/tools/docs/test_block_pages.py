@@ -15,7 +15,8 @@ from rcx_tools.docs.blocks import examples, ranges
 from rcx_tools.docs.blocks.panel import panel_page
 from rcx_tools.docs.blocks.runs import run_of, run_snippet
 from rcx_tools.docs.blocks.source import ROOT, pous
-from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.language.portability import lint
 from structured_text.output.toml_files import load_toml
@@ -122,6 +123,15 @@ def test_matiec_shows_the_same_chart_and_outputs(name: str) -> None:
     assert (other.lanes, other.outputs) == (run_of(name).lanes, run_of(name).outputs)
 
 
+def test_the_chart_of_pick_and_place_shows_stage_hand_and_motion() -> None:
+    """The hand closes between the stages to the source and to the target, and opens at the end."""
+    chart = (ROOT / "docs/reference/blocks/charts/FB_PickPlace.svg").read_text(encoding="utf-8")
+    for lane in ("Stage", "DO(20) hand closed", "Axis 1 [pulse]"):
+        assert f">{lane}</text>" in chart
+    stages = re.findall(r'<text class="b"[^>]*>([^<]+)<', chart)
+    assert [one for one in stages if one.startswith("to ")] == ["to source", "to target"]
+
+
 def test_a_movement_has_its_pins_with_unit_range_and_default() -> None:
     """Source: remote command guide 4.2.1, PTP designation."""
     page = _page("FB_MovePtp")
@@ -166,25 +176,12 @@ def test_a_page_lists_the_errors_that_its_block_can_give_and_no_others() -> None
     assert "16#8035" in _errors("FB_ReadDoubleWord")
     assert "16#8035" not in _errors("FB_ReadWord")
     remote = [
-        "16#8001",
-        "16#8002",
-        "16#8011",
-        "16#8012",
-        "16#8013",
-        "16#8014",
-        "16#8015",
-        "16#8016",
-        "16#8017",
-        "16#8020",
+        *("16#8001", "16#8002", "16#8011", "16#8012", "16#8013", "16#8014", "16#8015", "16#8016"),
+        *("16#8017", "16#8020"),
     ]
     assert _errors("FB_ReadPoint") == [*remote, "16#8044"]
     assert _errors("FB_EmergencyStop") == [
-        "16#8001",
-        "16#8002",
-        "16#8010",
-        "16#8013",
-        "16#8016",
-        "16#8017",
+        *("16#8001", "16#8002", "16#8010", "16#8013", "16#8016", "16#8017"),
     ]
     assert _errors("FB_ReadArea") == ["16#8030", "16#8031", "16#8037"]
     assert all(row[2] and row[3] for row in _rows(_page("FB_ServoOn"), "Errors"))
@@ -235,10 +232,7 @@ def test_the_snippet_of_a_page_stands_in_the_program_that_was_run() -> None:
 
 
 def test_an_example_that_ends_in_an_error_is_told_with_its_number() -> None:
-    """The last point is 29999.
-
-    Source: remote command guide 4.3.1
-    """
+    """The last point is 29999. Source: remote command guide 4.3.1."""
     snippet = examples.snippets()["FB_ReadPoint"]
     assert snippet.call
     wrong = replace(snippet, call=replace(snippet.call, inputs={"Point": 30000}))

@@ -13,7 +13,8 @@ from rcx_harness.trace.chart import Lane
 from rcx_tools.docs import pages as docs
 from rcx_tools.docs.processes import FOLDER, Step, process_chart, processes, run_process
 from rcx_tools.docs.processes_svg import process_svg
-from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.language.portability import lint
 

@@ -1,4 +1,4 @@
-"""docs/how-to/view.md: its options are the command's, its keys those of the page."""
+"""docs/how-to/view.md: its keys are those of the page."""
 
 from __future__ import annotations
 
@@ -7,23 +7,11 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
-import typer
-
-from rcx_harness.cli.view import view
 
 
 @pytest.fixture
 def page(repository: Path) -> str:
     return (repository / "docs/how-to/view.md").read_text(encoding="utf-8")
-
-
-def test_every_option_has_its_row_and_no_other(page: str) -> None:
-    app = typer.Typer(add_completion=False)
-    app.command()(view)
-    command = typer.main.get_command(app)
-    options = {name for one in command.params for name in one.opts if name.startswith("-")}
-    rows = re.findall(r"^\| (`--.+?) \|", page, re.MULTILINE)
-    assert {name for row in rows for name in re.findall(r"`(-[a-z-]+)`", row)} == options
 
 
 def test_every_key_of_the_page_is_told_and_no_other(page: str) -> None:

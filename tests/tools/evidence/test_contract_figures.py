@@ -65,15 +65,16 @@ def test_a_failure_or_too_few_cases_show(
 ) -> None:
     written = {}
 
-    def run(report: Path, arguments: object, console: object) -> list[str]:
-        assert report == _report(tmp_path, bad=bad, unfound=unfound, faults=faults)
-        return []
+    def run(title: str, arguments: list[str], console: object) -> tuple[int, list[str]]:
+        report = _report(tmp_path, bad=bad, unfound=unfound, faults=faults)
+        assert f"--junitxml={report}" in arguments
+        return 0, []
 
     def keep(name: str, figures: object, *, met: bool) -> None:
         written[name] = met
 
     monkeypatch.setattr(contract, "FOLDER", tmp_path)
-    monkeypatch.setattr(contract, "run_tests", run)
+    monkeypatch.setattr(contract, "run_pytest", run)
     monkeypatch.setattr(contract, "write_result", keep)
     assert contract.main([]) == int(not met)
     assert written == {"contract": met}

@@ -13,25 +13,23 @@ from typing import Any
 import pytest
 
 from rcx_harness.trace import Scan, Violation, read_trace
-from rcx_harness.verify.explore import kept
+from rcx_harness.verify.explore import state_tables
+from rcx_tools.evidence import results
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.explore import command, interlock
-from rcx_tools.evidence.explore import known as known_outcomes
-from rcx_tools.evidence.explore.known import Done, Found, Known
+from rcx_tools.evidence.explore.command import Item, Known
 from rcx_tools.evidence.explore.model import DOWN, UP, Model
 from rcx_tools.evidence.explore.models import MODELS
-from rcx_tools.evidence.explore.models_small import SMALL
 from rcx_tools.evidence.explore.replay import replay
 from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
-from structured_text.explore.search import Result
 
 #: States that are explored of each model; `make explore` explores all of them.
 BOUND = 20
 
 
 def model_named(name: str) -> Model:
-    return next(model for model in (*MODELS, *SMALL) if model.name == name)
+    return next(model for model in MODELS if model.name == name)
 
 
 class _Here:
@@ -57,7 +55,7 @@ def bug_named(name: str) -> Seeded:
 
 
 @pytest.mark.exhaustive(but=["alone", "stopped", "arbitration", "retries", "stop", "emergency"])
-@pytest.mark.parametrize("model", [*MODELS, *SMALL], ids=lambda model: model.name)
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_no_rule_is_broken_within_a_small_bound(model: Model) -> None:
     result = Explorer(model).run(BOUND)
     assert result.broken is None, result.broken
@@ -137,9 +135,9 @@ def test_every_seeded_bug_changes_a_block(tmp_path: Path) -> None:
 def test_a_state_that_leaves_out_what_counts_is_noticed(
     block: str, variable: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    table = kept.TYPES[block]
+    table = state_tables.TYPES[block]
     wrong = replace(table, dropped=f"{table.dropped} {variable}")
-    monkeypatch.setitem(kept.TYPES, block, wrong)
+    monkeypatch.setitem(state_tables.TYPES, block, wrong)
     with pytest.raises(AssertionError, match="leaves out has an effect"):
         Explorer(model_named("inputs")).run(BOUND)
 
@@ -201,11 +199,12 @@ def test_a_broken_rule_is_told_each_time_that_it_is_broken(tmp_path: Path) -> No
 
 def test_the_model_with_the_most_choices_is_explored_first_and_bugs_come_last() -> None:
     """Source: two processes end together only if what is left at the end is short."""
-    models = list(command.EVERY_MODEL.values())
-    items = command.items_of(models, SEEDED[:1])
-    assert [name for name, _ in items[:2]] == ["inputs", "jobs"]
-    assert items[-1] == (SEEDED[0].name, True)
-    assert sorted(name for name, is_bug in items if not is_bug) == sorted(command.EVERY_MODEL)
+    items = command.items(command.EVERY_MODEL.values())
+    assert [item.name for item in items[:2]] == ["inputs", "jobs"]
+    assert [item.bug for item in items if item.bug] == list(command.EVERY_BUG)
+    models = [item.model for item in items if item.bug is None]
+    assert sorted(models) == sorted(command.EVERY_MODEL)
+    assert not any(item.bug for item in items[: len(models)])
 
 
 def test_the_garbage_collector_is_off_only_while_something_is_explored() -> None:
@@ -217,8 +216,10 @@ def test_the_garbage_collector_is_off_only_while_something_is_explored() -> None
 
 
 def test_a_variable_that_is_not_fixed_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    table = kept.TYPES["FB_RCXDEDICATEDINPUTS"]
-    monkeypatch.setitem(kept.TYPES, "FB_RCXDEDICATEDINPUTS", replace(table, fixed="Nothing WasUp"))
+    table = state_tables.TYPES["FB_RCXDEDICATEDINPUTS"]
+    monkeypatch.setitem(
+        state_tables.TYPES, "FB_RCXDEDICATEDINPUTS", replace(table, fixed="Nothing WasUp")
+    )
     with pytest.raises(AssertionError, match="is not fixed"):
         Explorer(model_named("inputs")).run(BOUND)
 
@@ -239,6 +240,7 @@ def test_robots_at_one_area_are_explored_with_the_others(
     pair = interlock.InterlockModel("entry", "two robots", robots=2, moves=("go", "out"), at_once=2)
     bug = next(one for one in interlock.SEEDED if one.name == "two hold it")
     monkeypatch.setattr(command, "OUT", tmp_path)
+    monkeypatch.setattr(results, "FOLDER", tmp_path)
     monkeypatch.setattr(command, "EVERY_MODEL", {"entry": pair})
     monkeypatch.setattr(command, "EVERY_BUG", (bug,))
     monkeypatch.setattr(command, "Farm", _Here)
@@ -257,53 +259,42 @@ def test_robots_at_one_area_are_explored_with_the_others(
 
 
 def test_every_model_and_every_bug_has_a_name_of_its_own() -> None:
-    names = [model.name for model in (*MODELS, *SMALL)]
+    names = [model.name for model in MODELS]
     names += [model.name for model in interlock.MODELS]
     names += [bug.name for bug in (*SEEDED, *interlock.SEEDED)]
     assert len(set(names)) == len(names)
 
 
-def test_an_outcome_of_robots_at_one_area_is_kept_until_what_it_rests_on_changes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    entry, loss = (
-        next(one for one in interlock.MODELS if one.name == name) for name in ("entry", "loss")
-    )
-    file = tmp_path / "explore.jsonl"
-    met = Done(Result("entry", states=7, complete=True, bounds={"robot 1": 3}), 1.5)
-    Known(file, seed=1).keep(met, entry)
-    assert Known(file, seed=1).model(entry) == met
-    assert Known(file, seed=1).model(loss) is None
-    monkeypatch.setattr(known_outcomes, "defined_by", lambda model: ("search",))
-    assert Known(file, seed=1).model(entry) is None
-
-
 def test_an_outcome_is_kept_until_what_it_rests_on_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    inputs, jog = model_named("inputs"), model_named("jog")
     bug = bug_named("the interval is not waited for")
+    whole, entry, found = Item("inputs"), Item("entry"), Item("inputs", bug)
+    open_end, lost = Item("jog"), Item("inputs", bug_named("SI(06) goes ON together with SI(00)"))
+    met = {"states": 7, "complete": True, "rules": [], "bounds": {"answers": 3}}
+    broken = {"states": 9, "complete": False, "rules": ["interval: too soon"], "bounds": {}}
     file = tmp_path / "explore.jsonl"
     known = Known(file, seed=1)
-    assert known.model(inputs) is None
-    met = Done(Result("inputs", states=7, complete=True, bounds={"answers": 3}), 1.5)
-    open_end = Done(Result("jog", states=7), 1.5)
-    for outcome, model in (
-        (met, inputs),
-        (open_end, jog),
-        (Found(bug, 2, 9, ("interval: too soon",)), inputs),
+    for item, outcome in (
+        (whole, met),
+        (entry, met),
+        (open_end, {**met, "complete": False}),
+        (found, broken),
+        (lost, {**broken, "rules": ["hang: never free again"]}),
     ):
-        known.keep(outcome, model)
+        assert known.get(item) is None
+        known.keep(item, outcome)
 
     again = Known(file, seed=1)
-    assert again.model(inputs) == met
-    assert again.model(jog) is None
-    assert again.bug(bug, inputs) == Found(bug, 2, 9, ("interval: too soon",))
-    assert Known(file, seed=2).model(inputs) is None
-    assert Known(file, seed=1, library=bug.library(tmp_path)).model(inputs) is None
-    changed = replace(inputs, blocks=jog.blocks)
-    monkeypatch.setattr(known_outcomes, "OWN", ("model",))
-    assert Known(file, seed=1).model(inputs) is None
-    monkeypatch.undo()
-    assert Known(file, seed=1).model(changed) is None
-    assert Known(file, seed=1, fresh=True).model(inputs) is None
+    kept = {item: again.get(item) for item in (whole, entry, open_end, found, lost)}
+    told = {item: one and one["states"] for item, one in kept.items()}
+    assert told == {whole: 7, entry: 7, open_end: None, found: 9, lost: None}
+    assert Known(file, seed=2).get(whole) is None
+    inputs, jog = model_named("inputs"), model_named("jog")
+    changed = {**command.EVERY_MODEL, "inputs": replace(inputs, blocks=jog.blocks)}
+    monkeypatch.setattr(command, "EVERY_MODEL", changed)
+    assert again.get(whole) is None
+    assert again.get(entry) is not None
+    monkeypatch.setattr(command, "RULES", command.RULES[:-1])
+    assert Known(file, seed=1).get(entry) is None
+    assert Known(file, seed=1, fresh=True).get(entry) is None

@@ -32,7 +32,7 @@ from rcx_tools.evidence.mutants.tables import (
     table_changes,
     table_meaning,
 )
-from structured_text.mutants.judging import Task
+from structured_text.mutants.judging import MutantTask
 from structured_text.mutants.text import edited
 
 _MODULE = '''"""A robot that has it all."""
@@ -317,25 +317,25 @@ def test_the_generated_block():
 """
 _SEEDED = """[[bug]]
 file = "harness/rcx_harness/robot/latch.py"
-what = "the latch holds over a power cycle"
-before = "    def lose_power(self) -> None:\\n        self.on = False"
-after = "    def lose_power(self) -> None:\\n        pass"
+name = "the latch holds over a power cycle"
+old = "    def lose_power(self) -> None:\\n        self.on = False"
+new = "    def lose_power(self) -> None:\\n        pass"
 tests = ["tests/robot"]
 
 [[bug]]
 file = "harness/rcx_harness/robot/latch.py"
-what = "the limit is one too high"
-before = ">= 10"
-after = ">= 11"
+name = "the limit is one too high"
+old = ">= 10"
+new = ">= 11"
 tests = ["tests/robot/test_latch.py"]
 
 [[bug]]
 file = "spec/blocks.toml"
-what = "a movement may take 61 s"
-before = '''commands = ["MovePtp"]
+name = "a movement may take 61 s"
+old = '''commands = ["MovePtp"]
 done = "the robot has reached it"
 timeout = "T#60s"'''
-after = '''commands = ["MovePtp"]
+new = '''commands = ["MovePtp"]
 done = "the robot has reached it"
 timeout = "T#61s"'''
 tests = ["tests/robot"]
@@ -419,13 +419,13 @@ def _content(house: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("before = 'nothing of the kind'", "`before` stands 0 times in pyproject.toml"),
-        ("before = 'p'", "`before` stands 2 times in pyproject.toml"),
-        ("after = '[tool.'", "`before` stands 1 times in pyproject.toml"),
-        ("file = 'gone.py'", "`before` stands 0 times in gone.py"),
+        ("old = 'nothing of the kind'", "`old` stands 0 times in pyproject.toml"),
+        ("old = 'p'", "`old` stands 2 times in pyproject.toml"),
+        ("new = '[tool.'", "`old` stands 1 times in pyproject.toml"),
+        ("file = 'gone.py'", "`old` stands 0 times in gone.py"),
         ("tests = ['tests/gone']", "there is no tests/gone"),
-        ("tests = []", "and some tests"),
-        ("tets = []", "it needs file, what, before, after, tests"),
+        ("tests = []", "none of them empty"),
+        ("tets = []", "it needs name, file, old, new, tests"),
         ("tests =", "not valid TOML"),
     ],
 )
@@ -434,9 +434,9 @@ def test_a_seeded_bug_that_cannot_be_put_in_is_told_in_one_message(
 ) -> None:
     row = {
         "file": "file = 'pyproject.toml'",
-        "what": "what = 'w'",
-        "before": "before = '[tool.'",
-        "after": "after = '['",
+        "name": "name = 'w'",
+        "old": "old = '[tool.'",
+        "new": "new = '['",
         "tests": "tests = ['.']",
     }
     lines = (row | {line.partition(" ")[0]: line}).values()
@@ -501,25 +501,27 @@ _FEW = {
 }
 
 
-@pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.what)
+@pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.name)
 def test_each_seeded_bug_can_be_put_in(bug: Bug, repository: Path) -> None:
     assert bug.mutant(repository).text != (repository / bug.file).read_text(encoding="utf-8")
 
 
 def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
     files = [bug.file for bug in _BUGS]
-    assert len({bug.what for bug in _BUGS}) == len(_BUGS) >= 30
-    for part in ("spec/", "/robot/", "/watch/wire.py", "/watch/contract.py", "/engines/"):
+    assert len({bug.name for bug in _BUGS}) == len(_BUGS) >= 30
+    parts = ("spec/", "/robot/", "/watch/wire.py", "/watch/contract.py", "/engines/", "plc/lib/")
+    for part in parts:
         assert sum(part in file for file in files) >= 3, part
 
 
-@pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.what)
+@pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.name)
 def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
     """So that a row does not name tests that were moved with the code."""
     part = file_key(bug.file).partition("/")[0]
     others = {
         "spec": ("tests/spec", "tests/command"),
         "engines": ("tests/structured_text/engines",),
+        "plc": tuple(f"tests/{name}" for name in ("area", "command", "core", "sequence")),
     }
     others["language"] = others["engines"]
     folders = others.get(part, (f"tests/{part}",))
@@ -530,13 +532,13 @@ def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bu
 def test_some_seeded_bugs_are_found(repository: Path) -> None:
     """All are put in by `make mutants`."""
     tasks = [
-        Task(bug.mutant(repository), (_FEW[bug.what],), 60.0, bug.what)
+        MutantTask(bug.mutant(repository), (_FEW[bug.name],), 60.0, bug.name)
         for bug in _BUGS
-        if bug.what in _FEW
+        if bug.name in _FEW
     ]
     copies = Copies(repository)
 
-    def run(task: Task) -> str | None:
+    def run(task: MutantTask) -> str | None:
         changed = {task.mutant.file: task.mutant.text}
         return copies.first_failure(changed, task.tests)
 

@@ -93,26 +93,11 @@ def _blocks() -> dict[str, dict[str, str]]:
 _BLOCKS = _blocks()
 #: Parts of other blocks, which give them all of their inputs.
 _PARTS = {
-    "FB_RcxAwaitInput",
-    "FB_RcxCommandWhile",
-    "FB_RcxDedicatedInputs",
-    "FB_RcxGrip",
-    "FB_RcxPickLook",
-    "FB_RcxHandshake",
-    "FB_RcxMakeHead",
-    "FB_RcxPlaceMove",
-    "FB_RcxPointRow",
-    "FB_RcxPanelCommands",
-    "FB_RcxPanelJog",
-    "FB_RcxPanelLamps",
-    "FB_RcxPanelPlace",
-    "FB_RcxPanelReasons",
-    "FB_RcxPanelSequences",
-    "FB_RcxTakeHead",
-    "FB_RcxSharedWords",
-    "FB_RcxArrival",
-    "FB_RcxMove",
-    "FB_RcxRow",
+    *("FB_RcxAwaitInput", "FB_RcxCommandWhile", "FB_RcxDedicatedInputs", "FB_RcxGrip"),
+    *("FB_RcxPickLook", "FB_RcxHandshake", "FB_RcxMakeHead", "FB_RcxPlaceMove", "FB_RcxPointRow"),
+    *("FB_RcxPanelCommands", "FB_RcxPanelJog", "FB_RcxPanelLamps", "FB_RcxPanelPlace"),
+    *("FB_RcxPanelReasons", "FB_RcxPanelSequences", "FB_RcxTakeHead", "FB_RcxSharedWords"),
+    *("FB_RcxArrival", "FB_RcxMove", "FB_RcxRow"),
 }
 
 

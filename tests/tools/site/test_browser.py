@@ -6,11 +6,11 @@ The first test runs where the site is built; `make site-test` runs the others.
 from __future__ import annotations
 
 import gzip
+import re
 import threading
 from collections.abc import Callable, Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -89,6 +89,10 @@ class _Playground:
 
         WebDriverWait(self.browser, _LONGEST_S).until(lambda _: self.run(script), script)
 
+    def seen(self) -> list[str]:
+        """What was said of its state since it was opened."""
+        return [str(one) for one in self.run("window.seenStates") or []]
+
     def finished(self) -> str:
         """What is said of the run once it has ended."""
         self.until(
@@ -152,11 +156,13 @@ def test_the_first_chart_comes_with_the_robot_from_this_site_alone_in_less_than_
     log.get_log("performance")
     server.asked.clear()
     page = _Playground(browser, f"{server.url}/play/index.html")
-    assert page.text("#told").endswith("9 remote commands, no broken rules")
+    assert page.text("#told").endswith("10 remote commands, no broken rules")
     browser.switch_to.frame("chart")
     try:
         page.until("document.querySelectorAll('.row').length > 10")
-        page.until("document.querySelector('svg.rv, .rv svg') !== null")
+        page.until("document.querySelector('svg.rv') !== null")
+        robot = "document.querySelector('svg.rv').getBoundingClientRect().bottom"
+        assert page.run(robot) <= page.run("innerHeight"), "the robot is seen without scrolling"
     finally:
         browser.switch_to.default_content()
     sent = [one["message"] for one in log.get_log("performance")]
@@ -167,6 +173,33 @@ def test_the_first_chart_comes_with_the_robot_from_this_site_alone_in_less_than_
     assert {"play/harness.zip", "play/python/pyodide.asm.wasm"} <= asked
     sizes = {path: len(gzip.compress((_SITE / path).read_bytes(), 9)) for path in asked}
     assert sum(sizes.values()) <= _MOST_BYTES, sizes
+
+
+@_full
+def test_the_progress_is_shown_while_python_loads(browser: WebDriver, server: _Server) -> None:
+    """From the first bytes on, in the header and in the place of the chart."""
+    watch = """
+      window.seenStates = [];
+      addEventListener("DOMContentLoaded", () => {
+        const note = () => seenStates.push(document.getElementById("state").textContent);
+        const what = { childList: true, characterData: true, subtree: true };
+        new MutationObserver(note).observe(document.getElementById("state"), what);
+      });
+    """
+    given = {"source": watch}
+    name = "Page.addScriptToEvaluateOnNewDocument"
+    number = browser.execute_cdp_cmd(name, given)["identifier"]
+    try:
+        page = _Playground(browser, f"{server.url}/play/index.html")
+    finally:
+        given = {"identifier": number}
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", given)
+    states = page.seen()
+    shares = [int(one.split()[-2]) for one in states if one.startswith("loading Python and")]
+    assert len(shares) >= 3
+    assert shares == sorted(shares)
+    assert states.index("starting Python …") < states.index("running …")
+    assert page.run("document.getElementById('wait').hidden"), "the chart has come"
 
 
 @_full
@@ -261,7 +294,7 @@ def test_a_blocks_page_runs_its_example_once_it_is_opened(
 ) -> None:
     server.asked.clear()
     browser.get("about:blank")
-    browser.get(f"{server.url}/docs/blocks/FB_ServoOn.html")
+    browser.get(f"{server.url}/docs/reference/blocks/FB_ServoOn.html")
     browser.execute_script("document.querySelector('.try').scrollIntoView()")
     assert not [path for path in server.asked if path.startswith("/play")]
     browser.execute_script("document.querySelector('.try summary').click()")
@@ -294,9 +327,119 @@ def test_it_fits_narrow_and_wide_windows(
 
 
 @_full
-def test_the_search_finds_a_block(browser: WebDriver, server: _Server) -> None:
-    """The index is part of the site."""
+@pytest.mark.parametrize(
+    ("query", "expected"),
+    [("gripper", "FB_PickPlace"), ("MovePtp", "FB_MovePtp"), ("16#8010", "FB_AutoStart")],
+)
+def test_the_search_finds_the_users_block_first_and_internal_blocks_last(
+    browser: WebDriver, server: _Server, query: str, expected: str
+) -> None:
+    """The worker of the search is asked as the page does."""
+    browser.get(f"{server.url}/index.html")
+    (worker,) = (_SITE / "assets/javascripts/workers").glob("search.*.js")
+    script = """
+      const [path, input, done] = arguments;
+      const worker = new Worker(path);
+      fetch("/search.json").then((one) => one.json()).then((data) => {
+        worker.onmessage = ({ data: message }) => {
+          if (message.type === 1) worker.postMessage({ type: 2, data: { input } });
+          if (message.type === 3) done(message.data.items.map(({ id }) => data.items[id].location));
+        };
+        worker.postMessage({ type: 0, data });
+      });
+    """
+    path = f"/{worker.relative_to(_SITE).as_posix()}"
+    found: list[str] = browser.execute_async_script(script, path, query)
+    assert found[0].startswith(f"docs/reference/blocks/{expected}.html")
+    inner = ["FB_Rcx" in one or "internal-blocks" in one for one in found]
+    assert inner == sorted(inner)
     text = (_SITE / "search.json").read_text(encoding="utf-8")
-    assert "docs/reference/blocks/FB_MovePtp.html" in text
     assert "FB_MovePtp.st.html" not in text, "sources are not searched"
-    assert Path(_SITE / "index.html").is_file()
+
+
+def _wears(browser: WebDriver, theme: str) -> None:
+    media = {"features": [{"name": "prefers-color-scheme", "value": theme}]}
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
+
+
+def _scheme(browser: WebDriver, expected: str) -> None:
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    script = "return document.body.dataset.mdColorScheme"
+    WebDriverWait(browser, 60).until(
+        lambda _: browser.execute_script(script) == expected, f"it is not {expected}"
+    )
+
+
+@_full
+def test_the_colours_follow_the_system_until_the_user_chooses(
+    browser: WebDriver, server: _Server
+) -> None:
+    page = f"{server.url}/index.html"
+    try:
+        browser.get(page)
+        browser.execute_script("localStorage.clear()")
+        for theme, scheme in (("light", "default"), ("dark", "slate"), ("light", "default")):
+            _wears(browser, theme)
+            browser.get(page)
+            _scheme(browser, scheme)
+        _wears(browser, "dark")
+        _scheme(browser, "slate")
+        switch = "document.querySelector('[data-md-component=palette] label:not([hidden])').click()"
+        browser.execute_script(switch)
+        _scheme(browser, "default")
+        browser.get(page)
+        _scheme(browser, "default")
+    finally:
+        browser.execute_script("localStorage.clear()")
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+@_full
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_safety_note_is_the_most_visible_text(
+    browser: WebDriver, server: _Server, theme: str
+) -> None:
+    """Larger than the text around it, in full contrast (7:1, WCAG 2 AAA)."""
+    _wears(browser, theme)
+    try:
+        browser.get(f"{server.url}/docs/how-to/serve.html")
+        colour, back, size, around = browser.execute_script("""
+          const note = getComputedStyle(document.querySelector("blockquote p"));
+          const box = getComputedStyle(document.querySelector("blockquote"));
+          const text = getComputedStyle(document.querySelector("article > p"));
+          return [note.color, box.backgroundColor, note.fontSize, text.fontSize];
+        """)
+        assert float(size.removesuffix("px")) > float(around.removesuffix("px"))
+        high, low = sorted((_luminance(colour), _luminance(back)), reverse=True)
+        assert (high + 0.05) / (low + 0.05) >= 7
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+def _luminance(colour: str) -> float:
+    """Source: WCAG 2, relative luminance."""
+    parts = [int(one) / 255 for one in re.findall(r"\d+", colour)[:3]]
+    red, green, blue = (one / 12.92 if one <= 0.03928 else ((one + 0.055) / 1.055) ** 2.4
+                        for one in parts)  # fmt: skip
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+@_full
+@pytest.mark.parametrize("width", [400, 1280])
+def test_a_wide_table_scrolls_in_its_box_and_names_of_pins_are_whole(
+    browser: WebDriver, server: _Server, width: int
+) -> None:
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        browser.get(f"{server.url}/docs/reference/blocks/FB_PickPlace.html")
+        whole, scrolls, broken = browser.execute_script("""
+          const table = document.querySelector("#inputs ~ .md-typeset__scrollwrap");
+          const names = [...table.querySelectorAll("td:first-child code")];
+          return [document.documentElement.scrollWidth, getComputedStyle(table).overflowX,
+                  names.filter((one) => one.getClientRects().length > 1).length];
+        """)
+        assert (whole <= width, scrolls, broken) == (True, "auto", 0)
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -51,6 +51,12 @@ def test_a_blocks_example_runs(run: Run) -> None:
     assert run(block_jobs()["FB_ServoOn"])["broken"] == []
 
 
+def test_one_command_is_said_as_one_command(run: Run) -> None:
+    """FB_ReadVersions executes one; FB_ServoOn has none, only dedicated inputs."""
+    assert ", 1 remote command, no broken rules" in run(block_jobs()["FB_ReadVersions"])["told"]
+    assert ", no remote commands, no broken rules" in run(block_jobs()["FB_ServoOn"])["told"]
+
+
 def test_every_block_with_an_example_is_offered_with_its_stimulus() -> None:
     jobs = block_jobs()
     assert len(jobs) > 130

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -47,6 +49,12 @@ def test_links_between_pages_and_to_sources_lead_to_pages(pages: dict[str, str])
     assert "exclude: true" in source.partition("# FB_MovePtp.st")[0], "not in the search"
     assert "(docs/reference/blocks.md)" in pages["index.md"]
     assert "[controller.py](controller.py.md)" in pages["harness/rcx_harness/robot/index.md"]
+
+
+def test_a_chart_leads_to_itself_in_its_own_size(pages: dict[str, str]) -> None:
+    chart = "charts/FB_MovePtp.svg"
+    page = pages["docs/reference/blocks/FB_MovePtp.md"]
+    assert f"[![Timing chart of the example]({chart})]({chart})" in page
 
 
 def test_every_block_with_an_example_has_its_playground(pages: dict[str, str]) -> None:
@@ -93,6 +101,23 @@ def test_the_bundle_is_the_harness_unchanged(repository: Path, tmp_path: Path) -
     assert any(re.fullmatch(r"harness/lark-.*/LICENSE", name) for name in names)
     assert not any("rcx_harness/cli" in name or "rcx_harness/enip" in name for name in names)
     assert bundle() == bundle()
+
+
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="the site needs Python 3.11 or newer")
+def test_the_bundle_alone_is_enough_to_import_the_runner(tmp_path: Path) -> None:
+    """As in a browser, which has neither site-packages nor the rooms that are left out."""
+    (tmp_path / "bundle.zip").write_bytes(bundle())
+    with ZipFile(tmp_path / "bundle.zip") as archive:
+        archive.extractall(tmp_path)
+    script = (
+        f"import sys; sys.path.insert(0, {str(tmp_path / 'harness')!r});"
+        "from rcx_harness.cell.cell import Cell; import rcx_tools.site.drive as drive;"
+        "print(drive.__file__)"
+    )
+    command = [sys.executable, "-I", "-S", "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(str(tmp_path))
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import { test } from "node:test";
 import { Axis, duration, neighbour, seconds, snapped, ticks } from "./axis.js";
 import { Events, Lane, countUntil, reader, speed } from "./data.js";
 import { pieces } from "./draw.js";
+import { Player, reached } from "./play.js";
 import { figure, jointsOf } from "./robot.js";
 import { lastTimes, poseAt } from "./robots.js";
 import { find, matcher, step, wordsOf } from "./search.js";
@@ -208,4 +209,24 @@ test("a pose holds from its time on, and the last changes of all lanes count onc
   const lanes = [curve([10, 20, 30], [1, 2, 3]), curve([20, 25], [1, 2])];
   assert.deepEqual(lastTimes(lanes, 25, 10), [10, 20, 25]);
   assert.deepEqual(lastTimes(lanes, 30, 2), [25, 30]);
+});
+
+test("a played time follows the clock and its pace, up to the end", () => {
+  assert.deepEqual([0, 100, 1000].map((ms) => reached(5_000, ms, 1, 300_000)), [5_000, 105_000, 300_000]);
+  assert.equal(reached(0, 1000, 0.25, 1e9), 250_000);
+});
+
+test("playing ends at the end, or when it is stopped, and can be started again", () => {
+  const [frames, times, states] = [[], [], []];
+  const player = new Player((one) => frames.push(one), (t) => times.push(t), () => states.push(player.playing));
+  const tick = (now) => frames.splice(0).forEach((one) => one(now));
+  player.start(0, 200_000, 1);
+  for (const now of [7, 57, 107]) tick(now);
+  player.stop();
+  tick(157); // the frame that was asked for before
+  assert.deepEqual(times, [0, 50_000, 100_000]);
+  player.start(100_000, 200_000, 2);
+  for (const now of [1000, 1025, 1100]) tick(now);
+  assert.deepEqual(times.slice(3), [100_000, 150_000, 200_000]);
+  assert.deepEqual([states, frames.length], [[true, false, true, false], 0]);
 });

@@ -235,13 +235,41 @@ def test_two_fingers_zoom_and_what_is_under_them_stays(page: Page) -> None:
     assert not re.search(r"\d", page.text("#a output")), "no cursor was put"
 
 
-def test_signals_without_a_change_are_shown_where_that_is_asked_for(page: Page) -> None:
+def test_resting_signals_are_shown_on_request(page: Page) -> None:
     count = "document.querySelectorAll('.row').length"
     few = page.run(count)
     assert not page.run("document.body.textContent.includes('SI(17)')")
     page.click("#still")
     assert page.run(count) > few
     assert page.run("document.getElementById('names').textContent.includes('SI(17)')")
+
+
+def test_the_button_plays_the_run_and_pauses_it(browser: WebDriver, moving: Path) -> None:
+    """The cursor goes along, and the robot with it; the recording of 0.5 s ends."""
+    page = Page(browser, moving)
+    assert page.text("#play") == "▶ Play"
+    page.run("document.getElementById('pace').value = '0.1'")
+    page.click("#play")
+    page.until(lambda: page.text("#when").startswith("at 0.0"))
+    assert "Pause" in page.text("#play")
+    page.press(" ")
+    page.until(lambda: page.text("#play") == "▶ Play")
+    page.run("document.getElementById('pace').value = '20'")
+    page.click("#play")
+    page.until(lambda: page.text("#a output") == "0.500 s" and page.text("#play") == "▶ Play")
+
+
+@pytest.mark.parametrize("width", [400, 760])
+def test_a_narrow_page_begins_with_the_robot(browser: WebDriver, moving: Path, width: int) -> None:
+    """As in the playground, whose chart is narrow."""
+    size = {"width": width, "height": 700, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        page = Page(browser, moving)
+        bottom = "document.querySelector('.rv').getBoundingClientRect().bottom"
+        assert page.run(bottom) <= 700
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 def test_light_and_dark_are_drawn_in_their_own_colours(page: Page) -> None:
@@ -264,9 +292,7 @@ def test_everything_can_be_focused_and_has_a_name(page: Page) -> None:
     assert page.run(outline) not in ("none", "")
 
 
-def test_nothing_is_asked_of_a_network_and_nothing_goes_wrong(
-    browser: WebDriver, file: Path
-) -> None:
+def test_the_page_asks_no_network_and_logs_nothing(browser: WebDriver, file: Path) -> None:
     log: Any = browser
     log.get_log("performance")
     log.get_log("browser")
@@ -277,7 +303,7 @@ def test_nothing_is_asked_of_a_network_and_nothing_goes_wrong(
     assert log.get_log("browser") == []
 
 
-def test_it_prints_on_a4_with_what_is_seen_and_its_events(page: Page) -> None:
+def test_the_page_prints_on_a4_with_its_events(page: Page) -> None:
     page.click("#rules")
     page.run("window.dispatchEvent(new Event('beforeprint'))")
     assert page.run("document.querySelectorAll('#paper canvas').length") >= 1
@@ -329,7 +355,7 @@ def test_the_robots_are_printed_as_they_stand(browser: WebDriver, moving: Path) 
 
 
 @pytest.mark.parametrize("width", [400, 1280])
-def test_it_fits_narrow_and_wide_windows(browser: WebDriver, file: Path, width: int) -> None:
+def test_the_page_fits_narrow_and_wide_windows(browser: WebDriver, file: Path, width: int) -> None:
     size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:

@@ -16,8 +16,8 @@ _NODE = shutil.which("node")
 
 
 @pytest.mark.skipif(_NODE is None, reason="node is not installed")
-def test_what_needs_no_browser(tmp_path: Path) -> None:
-    """As modules, which they are in their folder; the page has them one after the other."""
+def test_the_parts_without_a_browser_work(tmp_path: Path) -> None:
+    """As modules of their folder; the page contains them one after the other."""
     folder = files("rcx_harness.trace.view").joinpath("page")
     (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
     for name in SCRIPTS:

@@ -54,25 +54,20 @@ def test_signals_are_lanes_with_the_manuals_names_and_their_changes() -> None:
     assert len(names["Dedicated outputs"]) == 11
 
 
-def test_what_was_on_from_the_start_is_no_event() -> None:
+def test_a_signal_that_is_on_at_first_is_no_event() -> None:
     page = _shown(_scan(5_000_000, si=_area(1)), _scan(5_010_000, si=_area(1)))
     assert page.changes("SI(00) Emergency stop input") == [(-1, 1)]
     assert (page.order(), page.table["begin"], page.table["end"]) == ([], 5_000_000, 5_010_000)
 
 
-def test_telegrams_are_told_in_plain_words() -> None:
+def test_telegrams_are_shown_in_plain_words() -> None:
     """MOVE, PTP, point 19 at 50 %; alarm 12.600.
 
     Source: guide 4.2.1; manual chapter 4, 4.
     """
     move = _area(words=(0x0001, 0x0004, 0, 50, 19))
-    page = _shown(
-        _scan(0),
-        _scan(10_000, si=move),
-        _scan(20_000, move, _area(words=(0x0100,))),
-        _scan(30_000, move, _area(words=(0x4000, 12, 600))),
-        _scan(40_000),
-    )
+    page = _shown(_scan(0), _scan(10_000, si=move), _scan(20_000, move, _area(words=(0x0100,))),
+                  _scan(30_000, move, _area(words=(0x4000, 12, 600))), _scan(40_000))  # fmt: skip
     commands = page.changes("Remote command")
     assert [t_us for t_us, _ in commands] == [-1, 10_000, 40_000]
     assert commands[1][1].startswith("MovePtp (16#R001): MOVE, PTP")
@@ -82,6 +77,22 @@ def test_telegrams_are_told_in_plain_words() -> None:
     assert texts == ["ready", "running", alarm, "ready"]
     idle = page.table["texts"][page.lane("Remote command")["idle"]]
     assert commands[0][1] == commands[2][1] == idle == "status reset"
+
+
+def test_the_end_of_a_command_stands_before_the_reset_of_the_same_scan() -> None:
+    """A scan reads the end status, then writes 0: cause and effect bear the same time.
+
+    The controller, in a cycle of its own, reads the command before it answers.
+
+    Source: manual chapter 4, 3; spec of the trace: the area read at the start of a scan.
+    """
+    move, ended = _area(words=(0x0001, 0x0004, 0, 50, 19)), _area(words=(0x0200,))
+    scans = [_scan(0), _scan(10_000, si=move), _scan(20_000, so=ended)]
+    page = _shown(*scans)
+    assert page.order() == ["Remote command", "Remote status", "Remote command"]
+    assert [t_us for t_us, _ in page.changes("Remote status")] == [-1, 20_000]
+    cycles = [Cycle(0, 0, _area(), _area()), Cycle(5_000, 1, move, ended)]
+    assert _shown(*cycles, by="rcx serve").order() == ["Remote command", "Remote status"]
 
 
 def test_broken_rules_have_their_text_and_the_section_of_the_manual() -> None:
@@ -97,14 +108,8 @@ def test_broken_rules_have_their_text_and_the_section_of_the_manual() -> None:
 def test_variables_are_shown_as_in_structured_text_by_blocks_and_structures() -> None:
     stage = {"enum": "STAGE", "members": {"IDLE": 0, "RUN": 1}}
     pins = {"struct": "FB", "members": {"Execute": "BOOL", "Busy": "BOOL", "Time": "TIME"}}
-    watch = {
-        "Main.Stage": stage,
-        "Main.Count": "DINT",
-        "Main.Word": "WORD",
-        "Main.Speed": "REAL",
-        "Main.Name": "STRING",
-        "Main.Move": pins,
-    }
+    watch = {"Main.Stage": stage, "Main.Count": "DINT", "Main.Word": "WORD", "Main.Speed": "REAL",
+             "Main.Name": "STRING", "Main.Move": pins}  # fmt: skip
     names = list(watch)
     before = ["IDLE", 5, 255, 0.5, "a", {"Execute": False, "Busy": False, "Time": "T#1500ms"}]
     after = ["RUN", 3, 256, "nan", "b", {"Execute": True, "Busy": False, "Time": "T#1500ms"}]
@@ -159,7 +164,7 @@ def test_ports_are_shown_where_they_change_and_by_their_octal_numbers() -> None:
     assert page.changes("SIW(24)")[1] == (10_000, 0x1200)
 
 
-def test_what_the_controller_sees_is_a_group_of_its_own_without_events() -> None:
+def test_the_controllers_view_is_a_group_without_events() -> None:
     cycles = [Cycle(0, 0, b"", _area()), Cycle(15_000, 3, _area(1), _area())]
     page = _shown(_scan(0), _scan(10_000, si=_area(1)), *cycles)
     group = next(g for g in page.table["groups"] if g["title"] == "As the controller sees it")
@@ -233,14 +238,14 @@ def test_each_robot_has_its_shape_its_lanes_and_its_poses() -> None:
         [[_ARM | {"areas": [{"name": "A", "from": [0, 0], "to": [1, 1, 1]}]}]],
     ],
 )
-def test_what_is_no_robot_is_one_message(robots: Any) -> None:
+def test_a_wrong_robot_is_one_message(robots: Any) -> None:
     axes = [["X [pulses]", "Y [pulses]"]]
     with pytest.raises(InputError, match="what the header says of robots is none"):
         _page(_scan(0), positions=axes, robots=robots)
 
 
 @pytest.mark.parametrize("poses", [({},), ({}, {}, {}), ({}, {"shift": [1]}), ({"hand": "x"}, {})])
-def test_what_is_no_pose_is_one_message(poses: Any) -> None:
+def test_a_wrong_pose_is_one_message(poses: Any) -> None:
     header = {"positions": [["X [mm]", "Y [mm]", "Z [mm]"]], "robots": [[_ARM, _AXIS]]}
     with pytest.raises(InputError, match="at 0 us are not those that the header describes"):
         _page(Cycle(0, 0, b"", _area(), 1, None, poses), **header)
@@ -260,7 +265,7 @@ def test_what_is_no_pose_is_one_message(poses: Any) -> None:
         ({}, _scan(0, controller=99), "there is no controller 99"),
     ],
 )
-def test_what_does_not_fit_is_one_message(
+def test_a_wrong_record_is_one_message(
     header: dict[str, Any], record: Record, message: str
 ) -> None:
     with pytest.raises(InputError) as caught:
@@ -293,7 +298,7 @@ def test_the_page_is_one_file_that_needs_no_other_and_is_the_same_each_time() ->
     assert page == _page(_scan(0), _scan(10_000))
 
 
-def test_what_users_name_cannot_become_part_of_the_page() -> None:
+def test_texts_of_users_cannot_become_part_of_the_page() -> None:
     view = View(_HEADER | {"watch": {"</script><b>": "STRING"}})
     view.take(_scan(0, vars={"</script><b>": "<img src=x>\ud800"}))
     page = view.page('<script>"@DATA@')

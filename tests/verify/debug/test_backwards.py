@@ -56,7 +56,7 @@ def test_back_to_the_breakpoint_before(stopped: Start) -> None:
     assert editor.value("C.Value") == "0", "no other before: the start"
 
 
-def test_of_a_loop_each_round_is_a_hit_of_its_own(stopped: Start) -> None:
+def test_each_round_of_a_loop_is_a_hit(stopped: Start) -> None:
     editor = stopped({"line": 31})
     editor.go()
     editor.go()
@@ -83,9 +83,7 @@ def test_back_to_the_statement_that_changed_a_variable(at_entry: Start) -> None:
     assert editor.line == 55
 
 
-def test_what_comes_from_outside_changed_before_the_scan(
-    editor: Editor, lamps: Path, tmp_path: Path
-) -> None:
+def test_a_change_from_outside_is_shown(editor: Editor, lamps: Path, tmp_path: Path) -> None:
     """A stimulus at 45 ms is seen by the scan at 50 ms, the sixth."""
     stimulus = tmp_path / "off.toml"
     stimulus.write_text('[[at]]\ntime = "45ms"\nset = { "Main.Go" = false }\n')
@@ -95,7 +93,7 @@ def test_what_comes_from_outside_changed_before_the_scan(
     assert (editor.line, editor.value("C.Value")) == (50, "5")
 
 
-def test_what_was_set_by_hand_is_set_again_at_its_moment(stopped: Start) -> None:
+def test_a_value_set_by_hand_is_set_again_at_its_moment(stopped: Start) -> None:
     """Value becomes 100 inside the second scan: two scans later it is 102."""
     editor = stopped({"line": 28, "condition": "Value = 2"})
     editor.say("Value := 100")
@@ -132,7 +130,7 @@ def test_commands_of_the_console(at_entry: Start) -> None:
     assert ".back X" in editor.say(".help")
     with pytest.raises(RefusedError, match=r"there is no command \.bcak; \.help lists them"):
         editor.say(".bcak X")
-    with pytest.raises(RefusedError, match=r"'soon' is no number; write \.scan 10"):
+    with pytest.raises(RefusedError, match=r"'soon' is not a number; write \.scan 10"):
         editor.say(".scan soon")
 
 
@@ -181,9 +179,7 @@ def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) 
     machine.close()
 
 
-def test_a_scan_that_is_run_again_is_the_same_to_the_last_byte(
-    repository: Path, tmp_path: Path
-) -> None:
+def test_a_repeated_scan_is_the_same_to_the_byte(repository: Path, tmp_path: Path) -> None:
     """The whole cell: program, robot with drawn delays, network with jitter."""
     stimulus = tmp_path / "start.toml"
     stimulus.write_text(

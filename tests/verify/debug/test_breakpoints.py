@@ -13,9 +13,7 @@ from editor import Editor
 Start = Callable[..., Editor]
 
 
-def test_a_breakpoint_on_a_line_without_a_statement_moves_to_the_next(
-    at_entry: Start, lamps: Path
-) -> None:
+def test_a_breakpoint_moves_to_the_next_statement(at_entry: Start, lamps: Path) -> None:
     """Line 27 is END_IF, 54 is ELSIF, behind 58 there is nothing."""
     editor = at_entry()
     told = editor.set(lamps, 27, 54, 50, 59)
@@ -28,7 +26,7 @@ def test_in_a_file_that_is_not_of_the_program_it_says_so(at_entry: Start, tmp_pa
     (tmp_path / "Other.st").write_text("(* nothing *)\n")
     (told,) = at_entry().set(tmp_path / "Other.st", 1)
     assert not told["verified"]
-    assert "nothing of the program that runs is declared in" in told["message"]
+    assert "the running program has no declaration in" in told["message"]
 
 
 def test_lines_with_statements_are_listed(at_entry: Start, lamps: Path) -> None:
@@ -43,7 +41,7 @@ def test_a_condition_is_an_expression_of_the_block(stopped: Start) -> None:
     assert (editor.line, editor.value("Value"), editor.value("k")) == (30, "4", "3")
 
 
-def test_of_variables_that_last_for_a_call_only_too(stopped: Start) -> None:
+def test_a_condition_may_use_variables_of_a_call(stopped: Start) -> None:
     assert stopped({"line": 11, "condition": "Sum = 5"}).value("X") == "5"
 
 
@@ -53,11 +51,11 @@ def test_of_variables_that_last_for_a_call_only_too(stopped: Start) -> None:
         ({"condition": "Valu = 4"}, "Valu"),
         ({"condition": "Value + 1"}, "BOOL"),
         ({"condition": "Value ="}, "Value ="),
-        ({"hitCondition": "often"}, "'often' is no count of hits; write 5, >= 5 or % 10"),
+        ({"hitCondition": "often"}, "'often' is not a count of hits; write 5, >= 5 or % 10"),
         ({"logMessage": "Value is {Valu}"}, "Valu"),
     ],
 )
-def test_one_that_is_wrong_is_not_set_and_says_why(
+def test_a_wrong_breakpoint_is_not_set_and_says_why(
     at_entry: Start, lamps: Path, wanted: dict[str, Any], message: str
 ) -> None:
     (told,) = at_entry().set(lamps, {"line": 28, **wanted})
@@ -120,7 +118,7 @@ def _watched(editor: Editor, name: str) -> list[dict[str, Any]]:
     return found
 
 
-def test_it_stops_behind_the_statement_that_changes_a_variable(at_entry: Start) -> None:
+def test_a_data_breakpoint_stops_behind_the_change(at_entry: Start) -> None:
     """Lamp: DARK, in the third scan DIM by line 55, in the sixth BRIGHT by line 53."""
     editor = at_entry()
     assert _watched(editor, "Lamp")[0]["verified"]
@@ -139,15 +137,13 @@ def test_an_array_is_watched_as_a_whole(at_entry: Start) -> None:
     assert why["text"] == "Main.C.Steps: [0, 0, 0] -> [1, 0, 0]"
 
 
-def test_what_lasts_for_a_call_only_is_not_watched(stopped: Start) -> None:
+def test_variables_of_a_call_are_not_watched(stopped: Start) -> None:
     info = stopped(11).request("dataBreakpointInfo", name="Sum")
     assert info["dataId"] is None
-    assert info["description"] == "Sum is no variable that lasts from scan to scan"
+    assert info["description"] == "Sum is not a variable that lasts from scan to scan"
 
 
-def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(
-    at_entry: Start,
-) -> None:
+def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(at_entry: Start) -> None:
     """Set right by hand, the run goes on from there."""
     editor = at_entry()
     editor.go("rcx/stepScan", scans=3)

@@ -1,4 +1,4 @@
-"""Tried with a client that others wrote: the one that VS Code's own adapters are tested with."""
+"""Tried with the client that VS Code's own adapters are tested with."""
 
 from __future__ import annotations
 
@@ -46,15 +46,8 @@ def test_a_client_of_others_debugs_forwards_and_backwards(lamps: Path) -> None:
         process.terminate()
         process.wait(_LONGEST)
     assert ended.returncode == 0, ended.stderr
-    assert json.loads(ended.stdout) == {
-        "stack": ["Main (Lamps)"],
-        "lamp": "DARK",
-        "next": 57,
-        "back": 55,
-        "in": 57,
-        "scopes": ["Variables", "Areas", "Telegrams", "Run"],
-        "set": "12",
-        "start": 55,
-        "first": "3",
-        "end": "100",
-    }
+    assert json.loads(ended.stdout) == {"stack": ["Main (Lamps)"], "lamp": "DARK", "next": 57,
+                                        "back": 55, "in": 57,
+                                        "scopes": ["Variables", "Areas", "Telegrams", "Run"],
+                                        "set": "12", "start": 55, "first": "3",
+                                        "end": "100"}  # fmt: skip

@@ -63,7 +63,7 @@ _DEEP = b"[" * 100_000
         b"y" * 5000,
     ],
 )
-def test_what_is_no_message_is_refused_before_it_is_obeyed(data: bytes) -> None:
+def test_a_wrong_message_is_refused(data: bytes) -> None:
     """A web page can send HTTP to any port; a header of the protocol has fields only.
 
     Source: a defect report: the protocol's overview, Base Protocol.
@@ -81,7 +81,7 @@ def test_a_header_without_end_is_not_read_on() -> None:
 
 
 @pytest.mark.exhaustive
-def test_what_is_no_message_ends_it_with_one_line() -> None:
+def test_a_wrong_message_ends_the_adapter_with_one_line() -> None:
     data = b"Content-Length: 4\r\n\r\nhaha"
     ended = subprocess.run(_RCX, input=data, capture_output=True, timeout=_LONGEST)
     assert ended.returncode == 2
@@ -122,7 +122,7 @@ def test_on_standard_output_there_is_nothing_but_messages(lamps: Path) -> None:
     assert [one["success"] for one in answered] == [True]
 
 
-def test_it_ends_with_its_client_also_where_that_leaves_the_line_open(lamps: Path) -> None:
+def test_the_adapter_ends_with_its_client(lamps: Path) -> None:
     """As VS Code does: it asks to disconnect, and closes nothing."""
     pipe = subprocess.PIPE
     with subprocess.Popen(_RCX, stdin=pipe, stdout=pipe, stderr=pipe) as process:
@@ -154,7 +154,7 @@ def port() -> Iterator[tuple[int, str]]:
 
 
 def _answers(port: int, data: bytes) -> list[dict[str, Any]]:
-    """What a client is told that sends this; until the adapter ends the connection."""
+    """Return the messages that a client receives until the adapter ends the connection."""
     with socket.create_connection(("127.0.0.1", port), _LONGEST) as client:
         client.sendall(data)
         received = b""
@@ -172,9 +172,7 @@ def _launches(**arguments: Any) -> bytes:
     )
 
 
-def test_on_a_port_of_this_computer_one_client_comes_after_the_other(
-    port: tuple[int, str],
-) -> None:
+def test_on_a_port_of_this_computer_one_client_comes_after_the_other(port: tuple[int, str]) -> None:
     number, token = port
     for _ in range(2):
         told = _answers(number, _launches(token=token))
@@ -183,9 +181,7 @@ def test_on_a_port_of_this_computer_one_client_comes_after_the_other(
 
 
 @pytest.mark.parametrize("given", [{}, {"token": "guessed"}, {"token": None}, {"token": ["x"]}])
-def test_who_does_not_know_the_token_launches_nothing(
-    port: tuple[int, str], given: dict[str, Any]
-) -> None:
+def test_a_wrong_token_launches_nothing(port: tuple[int, str], given: dict[str, Any]) -> None:
     """Source: a defect report: the port asks for a token."""
     told = _answers(port[0], _launches(**given))
     (answer,) = [one for one in told if one.get("command") == "attach"]
@@ -201,7 +197,7 @@ def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
 
 
 def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) -> None:
-    """Its connection is closed, so that it does not wait for somebody who reads.
+    """Its connection is closed, so that its sending fails at once.
 
     Source: docs/how-to/debug.md, the port
     """

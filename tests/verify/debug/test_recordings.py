@@ -62,7 +62,7 @@ def test_the_program_is_given_what_it_was_given(tmp_path: Path, editor: Editor) 
         editor.say(".inject link_down")
 
 
-def test_what_a_test_took_back_is_not_in_it(tmp_path: Path) -> None:
+def test_a_recording_leaves_out_what_a_test_took_back(tmp_path: Path) -> None:
     program = Path(shutil.copy(LAMPS, tmp_path))
     cell, recorded = _cell(program)
     with cell:
@@ -80,9 +80,7 @@ def test_what_a_test_took_back_is_not_in_it(tmp_path: Path) -> None:
     assert tape.program.read("Main.C.Value") == value == 5
 
 
-def test_a_whole_cell_writes_the_same_areas_without_its_robot(
-    tmp_path: Path, repository: Path
-) -> None:
+def test_a_cell_repeats_its_areas_without_its_robot(tmp_path: Path, repository: Path) -> None:
     example = repository / "plc" / "examples" / "04_pick_and_place"
     cell, recorded = _cell(example, jitter="7ms", seed=3)
     with cell:
@@ -113,14 +111,8 @@ def test_values_of_all_kinds_come_again(tmp_path: Path) -> None:
     cell, recorded = _cell(program)
     from datetime import date, timedelta
 
-    given = {
-        "T": timedelta(milliseconds=1500),
-        "D": date(2024, 2, 29),
-        "S": "it's",
-        "R": -0.0,
-        "P": {"A": 3, "B": 0.5},
-        "F": [1, 2, 3],
-    }
+    given = {"T": timedelta(milliseconds=1500), "D": date(2024, 2, 29), "S": "it's", "R": -0.0,
+             "P": {"A": 3, "B": 0.5}, "F": [1, 2, 3]}  # fmt: skip
     with cell:
         cell["Main.R"] = 0.0
         for name, value in given.items():
@@ -132,7 +124,7 @@ def test_values_of_all_kinds_come_again(tmp_path: Path) -> None:
     assert str(tape.program.read("Main.R")) == "-0.0"
 
 
-def test_of_changed_sources_it_says_which(tmp_path: Path, editor: Editor) -> None:
+def test_a_recording_names_changed_sources(tmp_path: Path, editor: Editor) -> None:
     program = Path(shutil.copy(LAMPS, tmp_path))
     cell, recorded = _cell(program)
     with cell:
@@ -157,7 +149,7 @@ def test_of_changed_sources_it_says_which(tmp_path: Path, editor: Editor) -> Non
         ('{"format":"rcx-recording/1",\n', "the recording is damaged; run the test again"),
     ],
 )
-def test_what_is_no_recording_is_refused(
+def test_a_wrong_recording_is_refused(
     tmp_path: Path, editor: Editor, content: str, message: str
 ) -> None:
     file = tmp_path / "recording.jsonl"
@@ -185,7 +177,7 @@ def test_a_recording_with_a_hole_is_damaged(tmp_path: Path, editor: Editor, line
         editor.request("launch", recording=str(file))
 
 
-def test_it_goes_with_no_other_options(tmp_path: Path, editor: Editor) -> None:
+def test_a_recording_excludes_other_options(tmp_path: Path, editor: Editor) -> None:
     with pytest.raises(RefusedError, match="scan does not go with a recording"):
         editor.request("launch", recording="x.jsonl", scan="5ms")
 
@@ -209,7 +201,7 @@ def test_a_broken_rule_is_met_where_it_was(tmp_path: Path, editor: Editor) -> No
 
 @pytest.mark.exhaustive
 def test_a_failed_test_leaves_one(pytester: pytest.Pytester, editor: Editor) -> None:
-    """In the folder of its chart and trace; a test that passes leaves none."""
+    """In the folder of its chart and trace; a test that passes leaves no recording."""
     shutil.copy(LAMPS, pytester.path)
     pytester.makeini("[pytest]\nrcx_sources = Lamps.st\nrcx_artifacts = kept\n")
     pytester.makepyfile(

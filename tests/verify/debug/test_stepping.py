@@ -12,7 +12,7 @@ from editor import Editor, RefusedError
 Start = Callable[..., Editor]
 
 
-def test_each_statement_is_a_step_and_a_loop_is_asked_before_each_round(at_entry: Start) -> None:
+def test_each_statement_and_each_round_is_a_step(at_entry: Start) -> None:
     """Source: programs/Lamps.st, by hand."""
     editor = at_entry()
     lines = [editor.line]
@@ -36,9 +36,7 @@ def test_a_step_over_leaves_calls_out(at_entry: Start) -> None:
     assert lines == [50, 51, 52, 57, 58, 50]
 
 
-def test_a_step_out_ends_behind_the_call_and_out_of_a_program_in_the_next_scan(
-    at_entry: Start,
-) -> None:
+def test_a_step_out_ends_behind_the_call_or_in_the_next_scan(at_entry: Start) -> None:
     """Source: programs/Lamps.st, by hand."""
     editor = at_entry()
     editor.go("stepIn")
@@ -52,9 +50,7 @@ def test_a_step_out_ends_behind_the_call_and_out_of_a_program_in_the_next_scan(
     assert editor.value("C.Value") == "2"
 
 
-def test_a_step_over_the_last_statement_of_a_block_comes_back_to_its_caller(
-    stopped: Start,
-) -> None:
+def test_a_step_over_the_last_statement_of_a_block_comes_back_to_its_caller(stopped: Start) -> None:
     editor = stopped(11)
     assert editor.stack() == [("Twice()", 11), ("Main (Lamps)", 51)]
     editor.go("next")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,23 +13,20 @@ from editor import Editor, RefusedError
 Start = Callable[..., Editor]
 
 
+def _values(rows: dict[str, dict[str, Any]]) -> dict[str, str]:
+    return {name: row["value"] for name, row in rows.items()}
+
+
 def test_the_scopes_of_a_block_and_of_its_caller(stopped: Start) -> None:
     editor = stopped({"line": 31, "condition": "Value = 2 AND k = 2"})
-    assert {name: one["value"] for name, one in editor.scope("Inputs, outputs").items()} == {
-        "Up": "TRUE",
-        "Value": "2",
-    }
+    assert _values(editor.scope("Inputs, outputs")) == {"Up": "TRUE", "Value": "2"}
     inner = editor.scope("Variables")
     assert inner["k"]["value"] == "2"
     # Two rounds of this scan are done, and the third of the scan before.
     assert inner["Steps"]["value"] == "[2, 2, 1]"
     assert inner["Steps"]["type"] == "ARRAY [1..3] OF DINT"
     steps = editor.below(inner["Steps"])
-    assert {name: one["value"] for name, one in steps.items()} == {
-        "[1]": "2",
-        "[2]": "2",
-        "[3]": "1",
-    }
+    assert _values(steps) == {"[1]": "2", "[2]": "2", "[3]": "1"}
     assert steps["[3]"]["evaluateName"] == "Steps[3]"
     outer = editor.scope("Variables", level=1)
     assert outer["Lamp"]["value"] == "DARK"
@@ -38,10 +36,7 @@ def test_the_scopes_of_a_block_and_of_its_caller(stopped: Start) -> None:
 
 def test_a_function_shows_what_lasts_for_its_call(stopped: Start) -> None:
     editor = stopped({"line": 11, "condition": "X = 3"})
-    assert {name: one["value"] for name, one in editor.scope("Variables").items()} == {
-        "Sum": "3",
-        "Twice": "0",
-    }
+    assert _values(editor.scope("Variables")) == {"Sum": "3", "Twice": "0"}
 
 
 def test_a_long_array_comes_page_by_page(at_entry: Start) -> None:
@@ -68,9 +63,7 @@ def test_a_long_array_comes_page_by_page(at_entry: Start) -> None:
         ("InputArea[0]", "16#00"),
     ],
 )
-def test_an_expression_has_the_value_that_it_has_in_the_program(
-    stopped: Start, expression: str, value: str
-) -> None:
+def test_an_expression_has_its_own_value(stopped: Start, expression: str, value: str) -> None:
     """In the third scan before line 57: Value 3, Doubled 6, Lamp DIM."""
     assert stopped({"line": 57, "condition": "Doubled = 6"}).value(expression) == value
 
@@ -82,10 +75,10 @@ def test_an_expression_has_the_value_that_it_has_in_the_program(
         ("1 / (Doubled - Doubled)", "division by zero"),
         ("C.Steps[Doubled]", "the index 6 is not in 1..3"),
         ("Doubled +", "Doubled"),
-        ("1); Go := FALSE; x := (1", "no expression"),
+        ("1); Go := FALSE; x := (1", "not an expression"),
     ],
 )
-def test_what_has_no_value_says_why_in_one_line(
+def test_an_expression_without_a_value_says_why(
     stopped: Start, expression: str, message: str
 ) -> None:
     editor = stopped({"line": 57, "condition": "Doubled = 6"})
@@ -123,7 +116,7 @@ def test_an_element_and_an_output_of_a_block_are_set_by_expression(at_entry: Sta
     assert editor.value("C.Value") == "41"
 
 
-def test_what_lasts_for_a_call_is_set_in_this_call_and_in_the_callers(stopped: Start) -> None:
+def test_a_variable_of_a_call_is_set_in_each_frame(stopped: Start) -> None:
     editor = stopped(11)
     assert editor.say("Sum := 100") == "Sum = 100"
     assert editor.value("Sum") == "100"

@@ -77,9 +77,7 @@ def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path
     assert not list(tmp_path.iterdir())
 
 
-def test_a_result_that_its_worker_takes_along_is_made_again(
-    farm: Farm, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
     """The worker has ended with another item, after this one and before it was fetched."""
     result = distributed.Future.result
     taken = iter([True])
@@ -95,9 +93,7 @@ def test_a_result_that_its_worker_takes_along_is_made_again(
 
 
 @pytest.mark.exhaustive
-def test_an_item_that_kills_its_workers_is_named_and_no_other_one_is(
-    farm: Farm, tmp_path: Path
-) -> None:
+def test_an_item_that_kills_its_workers_is_named(farm: Farm, tmp_path: Path) -> None:
     """The second time it is alone: what was only beside it on a worker is not blamed."""
     for number in range(4):
         (tmp_path / str(number)).touch()
@@ -155,9 +151,7 @@ def test_a_worker_that_is_added_meanwhile_gets_work() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_worker_does_one_item_at_a_time_and_the_user_is_told_that_its_threads_are_no_use(
-    tmp_path: Path,
-) -> None:
+def test_a_worker_does_one_item_at_a_time_despite_threads(tmp_path: Path) -> None:
     import io
 
     from rich.console import Console
@@ -172,7 +166,7 @@ def test_a_worker_does_one_item_at_a_time_and_the_user_is_told_that_its_threads_
 
 
 @pytest.mark.exhaustive
-def test_a_cluster_that_goes_in_the_middle_is_told() -> None:
+def test_a_cluster_that_ends_is_reported() -> None:
     with distributed.LocalCluster(n_workers=1, **_ALONE) as cluster:
         address = cluster.scheduler_address
         running = Farm(cluster=Cluster(address, patience_s=5)).run(math.factorial, range(100_000))
@@ -183,7 +177,7 @@ def test_a_cluster_that_goes_in_the_middle_is_told() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_cluster_without_workers_is_told() -> None:
+def test_a_cluster_without_workers_is_reported() -> None:
     with distributed.LocalCluster(n_workers=0, **_ALONE) as cluster:
         address = cluster.scheduler_address
         with pytest.raises(InputError) as caught:
@@ -220,9 +214,7 @@ def worker_with(package: Path, address: str) -> Iterator[None]:
 
 
 @pytest.mark.exhaustive
-def test_a_worker_with_other_sources_is_refused_with_both_named(
-    tmp_path: Path, repository: Path
-) -> None:
+def test_a_worker_with_other_sources_is_refused(tmp_path: Path, repository: Path) -> None:
     with distributed.LocalCluster(n_workers=0, **_ALONE) as cluster:
         address = cluster.scheduler_address
         worker = worker_with(other_package(tmp_path, repository), address)
@@ -247,9 +239,7 @@ def test_a_worker_without_us_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_worker_with_other_sources_that_comes_later_gives_no_verdict(
-    tmp_path: Path, repository: Path
-) -> None:
+def test_a_later_worker_with_other_sources_is_refused(tmp_path: Path, repository: Path) -> None:
     with distributed.LocalCluster(n_workers=1, **_ALONE) as cluster:
         address = cluster.scheduler_address
         running = Farm(cluster=Cluster(address)).run(process_number, itertools.count())

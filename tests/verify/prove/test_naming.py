@@ -73,7 +73,7 @@ def test_variables_have_their_declared_names_and_literals(
         (z3.BitVec("now", 72), 7, ""),  # the clock
     ],
 )
-def test_what_comes_from_outside_has_a_name_too(
+def test_inputs_from_outside_have_names(
     machine: tuple[ProgramMachine, Names], term: z3.ExprRef, value: int, expected: str
 ) -> None:
     """Source: docs/how-to/prove.md, what is taken for granted: the inputs."""

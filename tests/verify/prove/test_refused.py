@@ -27,7 +27,7 @@ _REFUSED = {
 
 
 @pytest.mark.parametrize("body", _REFUSED)
-def test_what_has_no_terms_is_refused_by_name(tmp_path: Path, body: str) -> None:
+def test_a_function_without_terms_is_refused_by_name(tmp_path: Path, body: str) -> None:
     file = tmp_path / "tried.st"
     file.write_text(
         "FUNCTION_BLOCK FB_TRIED\n"

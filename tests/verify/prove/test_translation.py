@@ -33,26 +33,16 @@ def _agrees(tmp_path: Path, source: str, scans: int = 80) -> None:
 
 def _operations(kind: str) -> str:
     """Every operation of an integer type."""
-    lines = [
-        "R[0] := A + B;",
-        "R[1] := A - B;",
-        "R[2] := A * B;",
-        "R[3] := A MOD B;",
-        "R[4] := MAX(A, B, C);",
-        "R[5] := MIN(A, B, C);",
-        "R[6] := LIMIT(A, B, C);",
-        "R[7] := SEL(A > B, A, C);",
-        "R[8] := ABS(A);",
-        "R[9] := ADD(A, B, C);",
-        "R[10] := MUL(A, B, C);",
-        "R[11] := (A + B - C) * (A - 1);",
-        "IF B <> 0 THEN R[12] := A / B; END_IF;",
-        "IF B <> 0 AND A / 3 > 0 THEN R[13] := DIV(A, B); END_IF;",
-        "IF A > B OR A = C THEN R[14] := SUB(A, C); ELSE R[14] := MOD(A, C); END_IF;",
-        "R[15] := MOVE(A);",
-        "Q[0] := A < B; Q[1] := A <= B; Q[2] := A = B; Q[3] := A <> B;",
-        "Q[4] := GT(A, B, C); Q[5] := GE(A, B); Q[6] := NE(A, B); Q[7] := LT(A, B, C);",
-    ]
+    lines = ["R[0] := A + B;", "R[1] := A - B;", "R[2] := A * B;", "R[3] := A MOD B;",
+             "R[4] := MAX(A, B, C);", "R[5] := MIN(A, B, C);", "R[6] := LIMIT(A, B, C);",
+             "R[7] := SEL(A > B, A, C);", "R[8] := ABS(A);", "R[9] := ADD(A, B, C);",
+             "R[10] := MUL(A, B, C);", "R[11] := (A + B - C) * (A - 1);",
+             "IF B <> 0 THEN R[12] := A / B; END_IF;",
+             "IF B <> 0 AND A / 3 > 0 THEN R[13] := DIV(A, B); END_IF;",
+             "IF A > B OR A = C THEN R[14] := SUB(A, C); ELSE R[14] := MOD(A, C); END_IF;",
+             "R[15] := MOVE(A);", "Q[0] := A < B; Q[1] := A <= B; Q[2] := A = B; Q[3] := A <> B;",
+             "Q[4] := GT(A, B, C); Q[5] := GE(A, B); Q[6] := NE(A, B); Q[7] := LT(A, B, C);",
+    ]  # fmt: skip
     if kind in ("SINT", "INT", "DINT", "LINT"):
         lines.append("R[16] := -A;")
     return "\n".join(lines)
@@ -343,7 +333,7 @@ def test_timers_triggers_and_bistables_run_as_on_the_engine(tmp_path: Path) -> N
     _agrees(tmp_path, _block(variables, body), 300)
 
 
-def test_what_is_not_looked_at_stops_nothing(tmp_path: Path) -> None:
+def test_operands_that_are_skipped_stop_nothing(tmp_path: Path) -> None:
     """The right side of AND and OR, and the ELSIF after a branch that is taken."""
     variables = "VAR_INPUT A, B, I : INT; END_VAR\nVAR N : ARRAY [0..3] OF INT; Q : BOOL; END_VAR"
     body = """
@@ -355,7 +345,7 @@ def test_what_is_not_looked_at_stops_nothing(tmp_path: Path) -> None:
     _agrees(tmp_path, _block(variables, body), 150)
 
 
-def test_what_is_known_is_worked_out_as_by_the_engine(tmp_path: Path) -> None:
+def test_known_arguments_are_calculated_as_by_the_engine(tmp_path: Path) -> None:
     """Standard functions that have no terms, where all of their arguments are known."""
     variables = "VAR S : ARRAY [0..8] OF STRING; R : REAL; L : LREAL; I : INT; END_VAR"
     body = """
@@ -366,3 +356,59 @@ def test_what_is_known_is_worked_out_as_by_the_engine(tmp_path: Path) -> None:
       R := SIN(REAL#0.5); L := EXP(LREAL#1.0); I := STRING_TO_INT('16#1F');
     """
     _agrees(tmp_path, _block(variables, body), 10)
+
+
+# --- types of the third edition and implicit conversions ---
+
+
+def test_numbers_widen_as_on_the_engine(tmp_path: Path) -> None:
+    variables = """
+      VAR_INPUT I : INT; U : UINT; S : SINT; D : DINT; W : WORD; B : BYTE; R : REAL; END_VAR
+      VAR X : ARRAY [0..5] OF DINT; N : ARRAY [0..5] OF INT; V : ARRAY [0..4] OF WORD; END_VAR
+      VAR Q : ARRAY [0..4] OF BOOL; F : REAL; L : LREAL; Z : ARRAY [0..1] OF BYTE; END_VAR
+    """
+    body = """
+      X[0] := I; X[1] := U; X[2] := I + U; X[3] := W; X[4] := MAX(I, U); X[5] := S - B;
+      N[0] := W; N[1] := I + U; N[2] := I AND 16#FF; N[3] := SHL(I, 3); N[4] := SHR(S, 2);
+      N[5] := NOT I;
+      V[0] := I; V[1] := W + 1; V[2] := W - B; V[3] := W AND I; V[4] := U;
+      Z[0] := B + 1; Z[1] := B * 2;
+      Q[0] := I < U; Q[1] := W > I; Q[2] := S = B; Q[3] := B < 300; Q[4] := U > -1;
+      F := I; L := D; L := R;
+    """
+    _agrees(tmp_path, _block(variables, body))
+
+
+def test_long_durations_and_dates_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
+    variables = """
+      VAR_INPUT A, B : LTIME; T : TIME; N : INT; D : LDT; E : DT; DAY1 : DATE; C : TOD; END_VAR
+      VAR L : ARRAY [0..6] OF LTIME; Q : BOOL; I : LINT; M : ARRAY [0..2] OF LDT; END_VAR
+      VAR K : DT; P : TON_LTIME; S : SR; END_VAR
+    """
+    body = """
+      L[0] := A + B; L[1] := A - T; L[2] := A * N; L[3] := T; L[4] := MAX(A, B); L[5] := D - E;
+      IF N <> 0 THEN L[6] := A / N; END_IF;
+      I := LTIME_TO_LINT(A); Q := A > T; M[0] := D + A; M[1] := E + A; M[2] := E;
+      K := CONCAT_DATE_TOD(DAY1, C);
+      P(IN := Q, PT := A); S(SET1 := P.Q, RESET := Q);
+    """
+    _agrees(tmp_path, _block(variables, body), 120)
+
+
+def test_texts_of_a_length_are_cut_as_on_the_engine(tmp_path: Path) -> None:
+    variables = """
+      VAR_INPUT A : STRING; N : INT; END_VAR
+      VAR S5 : STRING[5]; S9 : STRING[9] := 'abcdefghi'; T : STRING; END_VAR
+      VAR Q : BOOL; END_VAR
+    """
+    body = """
+      S5 := A; S9 := S5; T := CONCAT(S5, S9); S5 := S9; Q := S5 = S9; T := CHAR#'c';
+    """
+    _agrees(tmp_path, _block(variables, body))
+
+
+@pytest.mark.parametrize("name", ["WSTRING", "WCHAR"])
+def test_wide_characters_are_refused_by_name(tmp_path: Path, name: str) -> None:
+    variables = f"VAR_INPUT A, B : {name}; END_VAR VAR Q : BOOL; END_VAR"
+    with pytest.raises(Exception, match=name):
+        _agrees(tmp_path, _block(variables, "Q := A = B;"))

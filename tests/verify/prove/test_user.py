@@ -87,8 +87,8 @@ def test_calls_that_break_the_rules_are_refuted_by_runs(tmp_path: Path) -> None:
     assert "--for 20ms --engine builtin --stimulus" in found["steady"].command
 
 
-def test_what_stops_the_program_is_refuted_and_named_with_its_line(tmp_path: Path) -> None:
-    """`Given` is written by nobody, so that it may be anything."""
+def test_a_fault_of_the_program_is_refuted_with_its_line(tmp_path: Path) -> None:
+    """No statement writes `Given`, so it may have any value."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  Stage := 10 / Given;\n"
@@ -133,7 +133,7 @@ def test_an_answer_of_the_robot_can_break_an_assertion_after_some_scans(tmp_path
     ],
 )
 @pytest.mark.parametrize("number", ["Given", "Stage"])
-def test_what_a_function_cannot_do_is_named_alike_for_known_and_open_arguments(
+def test_impossible_arguments_are_named_alike(
     tmp_path: Path, statement: str, kind: str, status: str, number: str
 ) -> None:
     """`Given` may be anything, `Stage` is -1; no engine stops where a number does not fit."""
@@ -146,9 +146,7 @@ def test_what_a_function_cannot_do_is_named_alike_for_known_and_open_arguments(
 
 @pytest.mark.exhaustive(but=["False-noted"])
 @pytest.mark.parametrize(("asked", "status"), [(False, "noted"), (True, "unknown")])
-def test_arithmetic_that_may_leave_its_type_is_noted_or_asked_for(
-    tmp_path: Path, asked: bool, status: str
-) -> None:
+def test_overflows_are_noted_or_proved(tmp_path: Path, asked: bool, status: str) -> None:
     """Stage counts for ever, and Given may be -32768: line 15, and line 17."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
@@ -179,7 +177,7 @@ def test_the_reference_is_written_only_by_the_library(tmp_path: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_what_cannot_be_decided_is_unknown_with_a_state(tmp_path: Path) -> None:
+def test_an_undecided_property_is_unknown_with_a_state(tmp_path: Path) -> None:
     """It takes 20000 scans to break it: no run that long is looked for."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
@@ -199,7 +197,7 @@ def test_what_cannot_be_decided_is_unknown_with_a_state(tmp_path: Path) -> None:
         ("  Stage := TRUE;", "Cell.st:14:"),
     ],
 )
-def test_what_is_wrong_is_told_of_the_users_file(tmp_path: Path, body: str, message: str) -> None:
+def test_a_mistake_has_the_users_file(tmp_path: Path, body: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         proved(tmp_path, body)
     assert f"{tmp_path}/{message}" in str(caught.value)

@@ -40,7 +40,7 @@ __all__ = [
 class ExtendedStatus(IntEnum):
     """The extended status codes that belong to general status 0x01, connection failure.
 
-    Each has its meaning and, where a device of an earlier edition knew only a coarser code, that.
+    Each has its meaning and, if earlier editions had only a coarser code, that code.
     """
 
     meaning: str
@@ -169,9 +169,7 @@ class Refusal(Exception):  # noqa: N818 (a refusal is an answer, not a failure)
     """A request that ends in an error reply.
 
     Args:
-        status: General status.
-        extended: Additional status, 16-bit words.
-        data: What follows the status, for the services that say more.
+        data: Data after the status, for services that report details.
     """
 
     def __init__(self, status: Status, extended: tuple[int, ...] = (), data: bytes = b"") -> None:
@@ -260,8 +258,7 @@ def encode_request(service: int, path: bytes, data: bytes = b"") -> bytes:
 def decode_request(message: bytes) -> Request:
     """Decode a request.
 
-    Args:
-        message: The message of at least two bytes.
+    The message has at least two bytes.
 
     Raises:
         Refusal: The path exceeds the message, or contains an unknown segment.

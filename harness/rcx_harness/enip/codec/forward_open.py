@@ -70,11 +70,10 @@ class ConnectionPath:
     """The elements that a connection path names.
 
     Attributes:
-        key: Which device the originator means.
+        key: The device that the originator expects.
         class_id: Class of all application paths.
         numbers: Instances and connection points in their order: configuration if there are three,
             consuming, producing; or the one instance of an explicit connection.
-        configuration: Data for the configuration instance.
         inhibit_us: Production inhibit time in microseconds, 0 without one.
     """
 
@@ -92,8 +91,7 @@ class ConnectionPath:
 def decode_connection_path(path: bytes) -> ConnectionPath:
     """Take a connection path apart.
 
-    Args:
-        path: Padded path, an even number of bytes.
+    The path is padded: it has an even number of bytes.
 
     Raises:
         PathRefusal: a segment that is not understood, in a wrong place or cut off; or no class.
@@ -285,9 +283,8 @@ def close_reply(triad: Triad) -> bytes:
 def refusal_data(request: Request, remaining: int = 0) -> bytes:
     """Return the data of a refusal: the triad as sent, and the remaining words of the path.
 
-    Args:
-        request: A Forward Open or Forward Close, of any length.
-        remaining: Words of the connection path from the wrong segment to the end.
+    `request` is a Forward Open or Forward Close of any length. `remaining` counts the words of the
+    connection path from the wrong segment to the end.
 
     Returns:
         Ten bytes; none if the request ends before its triad does.
@@ -329,21 +326,19 @@ _SHORTEST_API_US, _LONGEST_API_US = 500, 10_000_000
 
 @dataclass(frozen=True)
 class OpenRequest:
-    """A class 1 connection as a scanner asks for it.
+    """The class 1 connection that a scanner requests.
 
     Attributes:
-        triad: What names it.
+        triad: Serial number, vendor and originator, which together name the connection.
         t_to_o_id: The id we choose; unused with multicast.
-        rpi_us: Requested packet interval of both directions, in microseconds.
-        o_to_t_length: Connection size to the adapter, on the wire.
-        t_to_o_length: Connection size from the adapter, on the wire.
-        multiplier: Connection time-out multiplier as coded, 0 to 7.
-        multicast: The adapter is to send to a multicast group.
-        consuming: The adapter's connection point to send to, or the one of the heartbeat.
-        producing: The adapter's connection point to receive from.
-        configuration: Configuration instance, if one is to be named.
+        o_to_t_length: Connection size to the adapter, as on the wire.
+        t_to_o_length: Connection size from the adapter, as on the wire.
+        multicast: Request packets to a multicast group.
+        consuming: Connection point of the adapter to send to, or that of the heartbeat.
+        producing: Connection point of the adapter to receive from.
+        configuration: Configuration instance to name, if any.
         configuration_data: Data for it, an even number of bytes.
-        large: Ask by Large Forward Open.
+        large: Use Large Forward Open.
     """
 
     triad: Triad
@@ -392,10 +387,9 @@ class OpenRequest:
         return encode_request(ConnectionService.FORWARD_CLOSE, _CONNECTION_MANAGER, data)
 
     def problem(self, agreed: OpenReply) -> str:
-        """Return what cannot be true in a reply that says success; empty if nothing is.
+        """Return the impossible value of a successful reply; empty if there is none.
 
-        A device may set another interval than the one that was asked for, but one of 0 us, or of
-        an hour, is a mistake.
+        A device may set another interval than the requested one, but not 0 us or an hour.
         """
         if agreed.triad != self.triad:
             return "names another connection than the one that was asked for"

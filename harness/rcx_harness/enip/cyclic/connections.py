@@ -16,8 +16,6 @@ __all__ = [
     "FIRST_PACKET_US",
     "IO_PORT",
     "LONGEST_TIMEOUT_US",
-    "RUN_IDLE_SIZE",
-    "SEQUENCE_SIZE",
     "ConnectionKind",
     "ConnectionParameters",
     "EndReason",
@@ -94,8 +92,7 @@ class ConnectionParameters:
     """One class 1 connection as agreed; the same for the end of the target and of the originator.
 
     Args:
-        number: Name of the connection between the processes; never used twice.
-        kind: Application type.
+        number: Number that both processes use for the connection; it is never reused.
         o_to_t_id: Connection id in the packets from the originator to the target.
         t_to_o_id: Connection id in the packets from the target to the originator. Multicast
             connections with the same id share one production.
@@ -105,18 +102,17 @@ class ConnectionParameters:
             run/idle header); 0 for a heartbeat.
         t_to_o_size: Bytes of application data from the target (without sequence count).
         multiplier: Connection time-out multiplier as coded, 0 to 7 (4 to 512 intervals).
-        peer: IPv4 address of the other end; packets from elsewhere are dropped. Its UDP port is
-            not looked at.
+        peer: IPv4 address of the other end; packets from other addresses are dropped. Its UDP port
+            is not checked.
         destination: IPv4 address to send our packets to: the peer's or, at the target of a
             multicast connection, the group.
         destination_port: UDP port to send our packets to.
         run_idle: The originator's packets carry the 32-bit run/idle header.
         multicast: The target's packets go to a multicast group.
         join: At the originator of a multicast connection, the group to listen to.
-        join_port: The group's UDP port.
         dscp: Differentiated services code point of our packets, 0 to 63.
-        first_packet_us: Longest wait for the first packet, at least `FIRST_PACKET_US`; the
-            connection's time-out counts where it is shorter.
+        first_packet_us: Upper limit of the wait for the first packet, at least `FIRST_PACKET_US`,
+            for connections with a longer time-out.
     """
 
     number: int
@@ -169,10 +165,6 @@ class ConnectionParameters:
 
 def multicast_address(host: str, netmask: str = "255.255.255.0") -> str:
     """Return the multicast group of an adapter: the first address of its block of 32.
-
-    Args:
-        host: The IPv4 address of the adapter.
-        netmask: The netmask of its network.
 
     Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3, 5.3, allocation by host number.
     """

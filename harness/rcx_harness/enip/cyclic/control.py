@@ -24,18 +24,10 @@ class CyclicControl(Closing):
     The process ends with `close`, or with its parent.
 
     Args:
-        memory: Name of the `SharedImages` it works on.
-        host: IPv4 address to send from and to receive at.
+        memory: Name of the `SharedImages` with the assemblies.
         port: UDP port, 0 for any free one.
-        on_ended: Told, in a thread of its own, the number of each connection that has ended by
-            itself, and why.
-        role: Which end of the connections this is.
-
-    Attributes:
-        port: UDP port it receives at.
-
-    Raises:
-        EnipError: it could not listen there, or did not start.
+        on_ended: Called in a thread of its own with the number of each connection that ends by
+            itself, and the reason.
     """
 
     def __init__(
@@ -80,19 +72,11 @@ class CyclicControl(Closing):
         return f"the process of the cyclic I/O has ended by itself ({how})"
 
     def add(self, parameters: ConnectionParameters) -> None:
-        """Open a connection: packets flow from now on.
-
-        Raises:
-            EnipError: the process has ended.
-        """
+        """Open a connection: packets flow from now on."""
         self._order({"add": parameters.as_message()})
 
     def remove(self, number: int) -> None:
-        """Close a connection; one that has ended already does no harm.
-
-        Raises:
-            EnipError: the process has ended.
-        """
+        """Close a connection; one that has ended already does no harm."""
         self._order({"remove": number})
 
     def close(self) -> None:

@@ -1,11 +1,15 @@
-"""All class 1 connections of a device, without sockets and without a clock.
+"""The cyclic exchange: all class 1 connections of a device, without sockets and without a clock.
 
-Packets and times go in, packets and the end of connections come out: a producer makes the packets
-of one connection one way, a consumer judges them, the exchange has all of them. A packet is two
-items of the common packet format: the sequenced address (connection id, sequence number of 32
-bits, counted with every packet) and the connected data (sequence count of 16 bits, counted with
-new data only; from the originator the run/idle header of 32 bits; the data). Rules: CIP volume 1,
-chapter 3, transport class 1 and connection timing; EtherNet/IP adaptation (volume 2), chapter 3.
+The caller passes received packets and the time. The exchange returns packets to send and reports
+connections that have ended. For each connection a producer makes the packets in one direction at
+the packet interval, and a consumer judges the packets of the other direction.
+
+A packet has two items of the common packet format. The first is the sequenced address: the
+connection id and a sequence number of 32 bits, which grows with every packet. The second is the
+connected data: a sequence count of 16 bits, which grows only with new data, then (from the
+originator) the run/idle header of 32 bits, then the data. So a receiver recognises lost packets by
+the number and unchanged data by the count. Rules: CIP volume 1, chapter 3, transport class 1 and
+connection timing; EtherNet/IP adaptation (volume 2), chapter 3.
 """
 
 from __future__ import annotations
@@ -62,8 +66,7 @@ class Packet(NamedTuple):
     """One packet, taken apart.
 
     Attributes:
-        connection_id: Whose it is.
-        number: Its sequence number of 32 bits.
+        connection_id: Identifier of the connection that it belongs to.
         content: Its connected data; None if the item's length is not that of the datagram.
     """
 
@@ -87,15 +90,10 @@ class Producer:
     """Produces the packets of one connection id, one per interval.
 
     Args:
-        connection_id: The id in every packet.
         size: Bytes of data, without sequence count and header.
-        run_idle: Whether the packets carry the run/idle header.
-        api_us: The interval [us].
-        first_us: The time at which the first packet is due [us].
 
     Attributes:
         number: Sequence number of the last packet; the count continues from it.
-        due_us: The time at which the next packet is due [us].
     """
 
     def __init__(
@@ -135,7 +133,7 @@ class Producer:
         return bytes(self._packet)
 
     def advance(self, now_us: int) -> int:
-        """Set the time of the next packet: the interval's next one, never one that has passed.
+        """Set the time of the next packet on the grid of the interval; skip times that have passed.
 
         Returns:
             How many packets fell out because their time had passed.
@@ -164,13 +162,9 @@ class Consumer:
 
     Args:
         size: Bytes of data expected; 0: a heartbeat, with or without a sequence count.
-        run_idle: The packets carry the run/idle header.
-        timeout_us: Longest silence; the first packet has at least 10 s.
-        now_us: The connection is opened now.
-        first_us: Longest wait for the first packet, where the time-out is longer.
-
-    Attributes:
-        deadline_us: The connection is lost at this time if no packet comes.
+        timeout_us: Longest silence between two packets; the first packet may take at least 10 s.
+        first_us: Upper limit of the wait for the first packet, for connections with a long
+            time-out.
     """
 
     def __init__(
@@ -202,13 +196,9 @@ class Consumer:
         The first packet may have any number. From then on a number counts as the next one up to
         `WINDOW` ahead, also across the end of its 32 bits.
 
-        Args:
-            number: Its sequence number of 32 bits.
-            content: Its connected data.
-            now_us: It arrived now.
-
         Returns:
-            Why it is dropped, if it is; the time-out runs on then.
+            The arrival, or the reason why the packet is dropped. A dropped packet does not restart
+            the time-out.
         """
         if len(content) not in self._lengths:
             return Drop.LENGTH
@@ -226,7 +216,7 @@ class Consumer:
             return Arrival(None, True, missing)
         run = not self._run_idle or bool(content[_COUNT.size] & _RUN)
         if not run:
-            # What comes first after it is new, whatever its count.
+            # The first packet after a loss is new, whatever its count.
             self._count = None
             return Arrival(None, False, missing)
         (count,) = _COUNT.unpack_from(content)
@@ -269,13 +259,12 @@ class _Production:
 class Exchange:
     """All class 1 connections of one device.
 
-    The target takes data into assembly 150 and sends assembly 100; the originator, a scanner, the
-    other way round. Times are microseconds of one clock that never goes back.
+    The target receives assembly 150 and sends assembly 100; the originator, a scanner, does the
+    opposite. Times are microseconds of one clock that never goes back.
 
     Args:
-        images: The assemblies and the status that is kept there.
-        on_ended: Told the number of each connection that ends by itself, and why.
-        role: Which end this is.
+        images: The assemblies and the status of the connections.
+        on_ended: Called with the number of each connection that ends by itself, and the reason.
     """
 
     def __init__(
@@ -353,7 +342,7 @@ class Exchange:
             arrival = Drop.LENGTH
             if packet.content is not None:
                 arrival = connection.consumer.take(packet.number, packet.content, now_us)
-            # The first packet brings the end nearer.
+            # After the first packet the time-out is shorter.
             end_us = connection.consumer.deadline_us
             if self._due_us is None or end_us < self._due_us:
                 self._due_us = end_us
@@ -365,8 +354,8 @@ class Exchange:
             return True
         if arrival.missing:
             self._images.count(Word.MISSING, arrival.missing)
-        # A reader in another process looks in the reverse order: the state, the time, the data.
-        # So who sees the state RUN also sees when a packet came, and its data.
+        # A reader in another process reads in the reverse order: the state, the time, the data.
+        # A reader that sees the state RUN therefore also sees the packet's time and data.
         watched = self._is_watched(connection.parameters)
         if watched and arrival.data is not None:
             self._sink.write(arrival.data)
@@ -404,7 +393,7 @@ class Exchange:
     def _produce(self, production: _Production, now_us: int, send: Send) -> None:
         producer = production.producer
         run = self._images.run
-        # The version first: what is written in between is then new once more, never overlooked.
+        # Read the version first: data written in between then count as new again, not as sent.
         version = self._source.version
         if producer.is_new(version, run):
             producer.renew(self._source.read(), version, run)

@@ -26,7 +26,6 @@ class Read(NamedTuple):
     """The answer to a reader.
 
     Attributes:
-        records: The records, in their order.
         lost: How many records were overwritten before they could be read.
     """
 
@@ -90,14 +89,10 @@ class ConnectionEvent:
     """A change of one class 1 connection.
 
     Attributes:
-        at_us: When, by the clock of `shared.now_us`.
-        kind: Application type.
+        at_us: Time by the clock of `shared.now_us`.
         state: `waiting` (just opened), `run`, `idle`; or how it has ended: `closed`, or one of
             `EndReason`.
-        peer: IPv4 address of the originator.
-        o_to_t_api_us: Packet interval from the originator.
-        t_to_o_api_us: Packet interval to the originator.
-        readers: How many connections that write nothing are open now.
+        readers: Number of open connections that write nothing.
     """
 
     at_us: int

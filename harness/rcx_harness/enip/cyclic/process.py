@@ -29,7 +29,7 @@ _LOOK_US = 50_000
 BEAT_US = 250_000
 """Without connections it shows that it is alive at least so often."""
 _AT_ONCE = 128
-"""So many packets are read at most before what is due goes out: a flood delays nothing."""
+"""Most packets that are read before due packets are sent, so that a flood delays nothing."""
 _TTL = 1
 
 
@@ -40,7 +40,7 @@ class _Cyclic:
         self._images = images
         self._role = role
         self._exchange = Exchange(images, self._ended, role)
-        # Never SO_REUSEADDR: a second process would take packets away without a word.
+        # Never SO_REUSEADDR: a second process could then take packets without any error.
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind((host, port))
         self._host, self.port = self._socket.getsockname()
@@ -60,10 +60,10 @@ class _Cyclic:
         due_us = self._poll()
         while self._parent_lives:
             wait_us = BEAT_US if due_us is None else max(0, due_us - now_us())
-            # A scanner leaves what comes before the reply to its Forward Open until it knows of it.
+            # A scanner leaves early packets in the socket until the reply to its Forward Open.
             idle = due_us is None and self._role is Role.ORIGINATOR
             sockets = () if idle else (self._socket, *self._groups.values())
-            # A packet may be that of a connection whose order has come before it.
+            # The order that adds the connection of a packet may have arrived just before it.
             waiting: list[DirectInput | RelayedInput | socket.socket] = [self._input, *sockets]
             ready = select.select(waiting, (), (), wait_us / 1e6)[0]
             if self._input in ready:
@@ -72,7 +72,7 @@ class _Cyclic:
                 if one in ready and one.fileno() != -1:
                     self._receive(one, due_us)
             due_us = self._poll()
-        # Whoever still looks at the images is not to believe that packets come.
+        # Readers of the images must see that no packets arrive any more.
         self._exchange.clear(now_us())
 
     def _poll(self) -> int | None:
@@ -108,7 +108,7 @@ class _Cyclic:
     def _take(self, datagram: bytes, host: str, at_us: int) -> None:
         if self._exchange.receive(datagram, host, at_us):
             return
-        # Its connection may have been opened a moment ago.
+        # Its connection may have been added a moment ago.
         if not (self._obey() and self._exchange.receive(datagram, host, now_us())):
             self._images.drop(Drop.UNKNOWN)
 

@@ -1,9 +1,9 @@
 """The two assemblies and the state of their connection, in memory that several processes share.
 
-Nobody ever waits for anybody: an image is written into the next of a few slots and then
-published by its number, so that a reader always gets a whole image, also while the next one is
-written, and also if the writer dies in the middle of it. State and counters are single words of
-64 bits, which are stored and loaded whole.
+No process waits for another. A writer writes an image into the next of a few slots and then
+publishes the number of the slot. A reader therefore always gets a complete image, even while the
+next one is being written, and even if the writer dies in the middle of it. State and counters are
+single words of 64 bits, which are stored and loaded as a whole.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ __all__ = [
 ]
 
 GAPS = 8192
-"""So many gaps between packets are kept, the latest."""
+"""Number of saved gaps between packets, the latest ones."""
 
 _SLOTS = 8
 _WORD = 8
 
 
 class LinkState(IntEnum):
-    """The adapter's place in the world, as its parent decides."""
+    """The state of the adapter's link and power, set by its parent."""
 
     UP = 0
     CUT = 1
@@ -52,7 +52,7 @@ class LinkState(IntEnum):
 
 
 class Word(IntEnum):
-    """Words of the status block; written by the process of the cyclic part, but for some."""
+    """Words of the status block; most are written by the process of the cyclic exchange."""
 
     SIZE = 0  # once, by the creator
     LINK = 1  # by the parent
@@ -80,7 +80,7 @@ class Word(IntEnum):
 
 
 class Drop(IntEnum):
-    """Why a packet is not taken."""
+    """Reasons why a packet is dropped."""
 
     text: str
 
@@ -99,7 +99,7 @@ class Drop(IntEnum):
 
 
 _WORDS = len(Word) - 1 + len(Drop)
-# In their order, which is their number: found once per packet.
+# Indexed by number; looked up once per packet.
 _LINK_STATES, _OWNER_STATES = tuple(LinkState), tuple(OwnerState)
 
 
@@ -113,11 +113,6 @@ class Status:
         peer: IPv4 address of the owner, empty without one.
         o_to_t_api_us: Packet interval of the owner in microseconds, 0 without one.
         t_to_o_api_us: Packet interval to the owner in microseconds, 0 without one.
-        owners: Open exclusive-owner connections.
-        input_only: Open input-only connections.
-        listen_only: Open listen-only connections.
-        received: Accepted packets.
-        sent: Sent packets.
         drops: Dropped packets for each `Drop`, in their order.
         wrong_length: Bytes of connected data in the last packet dropped for its length.
         right_length: Bytes that its connection expects.
@@ -155,10 +150,8 @@ class Status:
 def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: bool = True) -> str:
     """Return how many packets were dropped for which reason; empty if none were.
 
-    Args:
-        status: Of one end of the connections.
-        drops: Other numbers for each `Drop`, in their order; None for those of the status.
-        numbers: Say how many; else only why.
+    `drops` are numbers for each `Drop`, in their order, that replace those of the status. With
+    `numbers` the text has the numbers, too.
     """
     texts = []
     for reason, number in zip(Drop, status.drops if drops is None else drops, strict=True):
@@ -171,7 +164,7 @@ def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: b
 
 
 class Image(Protocol):
-    """The data of an Assembly; always as long."""
+    """The data of an Assembly, of constant length."""
 
     def read(self) -> bytes:
         """Return the complete image."""
@@ -183,12 +176,7 @@ class Image(Protocol):
 
 
 class SharedImage:
-    """One assembly; a writer at a time, any number of readers.
-
-    Args:
-        memory: Its part of the shared memory, `needs(size)` bytes.
-        size: Bytes of the assembly.
-    """
+    """One assembly with one writer at a time and any number of readers."""
 
     def __init__(self, memory: memoryview, size: int) -> None:
         self.size = size
@@ -218,7 +206,7 @@ class SharedImage:
         while True:
             version = self._version[0]
             image = bytes(self._slots[version % _SLOTS])
-            # Its slot comes round again with the last of the others: until then it is untouched.
+            # This slot is reused only after all others, so it stays unchanged until then.
             if self._version[0] - version < _SLOTS - 1:
                 return image
 
@@ -231,16 +219,11 @@ class SharedImage:
 class SharedImages(Closing):
     """Assembly 100 (`to_master`), assembly 150 (`to_robot`) and the status of their connection.
 
-    Args:
-        memory: Made by `create` or opened by `attach`.
-
     Attributes:
-        name: By which another process attaches.
-        size: Bytes of assembly 100; as a rule, of each.
         to_master: Assembly 100, written by the robot.
         to_robot: Assembly 150, written by the master.
-        events: A `ConnectionEvent` for each change; written by the process of the cyclic part.
-        refusals: A `RefusedOpen` for each; written by the adapter's process.
+        events: A `ConnectionEvent` for each change; written by the process of the cyclic exchange.
+        refusals: A `RefusedOpen` for each refused Forward Open; written by the adapter's process.
     """
 
     def __init__(self, memory: SharedMemory) -> None:
@@ -265,9 +248,7 @@ class SharedImages(Closing):
     def create(cls, size: int, to_robot_size: int | None = None) -> SharedImages:
         """Return new memory, all zero; its creator must call `unlink`.
 
-        Args:
-            size: Bytes of assembly 100.
-            to_robot_size: Bytes of assembly 150; None for the same size.
+        `size` is that of assembly 100; assembly 150 has the same if `to_robot_size` is None.
         """
         other = size if to_robot_size is None else to_robot_size
         needs = _WORDS * _WORD + GAPS * 4 + SharedImage.needs(size) + SharedImage.needs(other)
@@ -279,11 +260,7 @@ class SharedImages(Closing):
 
     @classmethod
     def attach(cls, name: str) -> SharedImages:
-        """Return the memory that another process has created.
-
-        Raises:
-            FileNotFoundError: No memory has this name.
-        """
+        """Return the memory that another process has created."""
         memory = SharedMemory(name)
         if not struct.unpack_from("=Q", memory.buf, Word.SIZE * _WORD)[0]:
             memory.close()  # Windows gives memory of any name: this is nobody's
@@ -355,7 +332,7 @@ class SharedImages(Closing):
         return list(self._gaps[: min(self._words[Word.GAPS], GAPS)])
 
     def set_owner(self, state: OwnerState, connection: ConnectionParameters | None) -> None:
-        """Publish what became of the owner, and who it is; for the process of the cyclic part."""
+        """Publish state and address of the owner; only the cyclic process calls this."""
         words = self._words
         words[Word.PEER] = int(ipaddress.IPv4Address(connection.peer)) if connection else 0
         words[Word.O_TO_T_API] = connection.o_to_t_api_us if connection else 0
@@ -371,11 +348,10 @@ class SharedImages(Closing):
         self._words[Word.DROPPED + reason] += 1
 
     def note_length(self, wrong: int, right: int) -> None:
-        """Save the length of a packet that is dropped for it; for the cyclic process.
+        """Save the length of a packet that was dropped because of it.
 
-        Args:
-            wrong: Bytes of connected data in the packet.
-            right: Bytes that the connection expects.
+        Only the cyclic process calls it. `wrong` is the length of the packet's data, `right` the
+        length that the connection expects.
         """
         self._words[Word.WRONG_LENGTH], self._words[Word.RIGHT_LENGTH] = wrong, right
 
@@ -398,7 +374,7 @@ class SharedImages(Closing):
             words[Word.GAPS] = kept + 1
 
     def unlink(self) -> None:
-        """Remove the name: nobody else attaches, nothing is left behind when all have ended."""
+        """Remove the name: no other process can attach, and the last user frees the memory."""
         self._memory.unlink()
 
     def close(self) -> None:

@@ -31,17 +31,12 @@ _CHUNK = 65536 + HEADER_SIZE
 class Client(Closing):
     """A registered session with an adapter.
 
-    Any failure but a refusal closes the connection: after it nobody knows which answer is next.
+    Any failure other than a refusal closes the connection, because answers could no longer be
+    assigned to requests.
 
     Args:
-        host: Name or address of the adapter.
-        port: Its TCP port.
         timeout_s: Longest wait for the connection and for each answer, in seconds.
-        source: IPv4 address of this machine to connect from; empty for the usual one.
-        clock: Seconds, monotonic.
-
-    Attributes:
-        socket: The connection.
+        source: IPv4 address of this machine from which to connect; empty: the system chooses.
 
     Raises:
         EnipError: no connection, no answer in time, or not an answer of the protocol; from every
@@ -85,45 +80,25 @@ class Client(Closing):
         return str(self.socket.getpeername()[0])
 
     def get_assembly(self, instance: int) -> bytes:
-        """Return the data of an Assembly instance.
-
-        Raises:
-            CipError: The adapter refused.
-        """
+        """Return the data of an Assembly instance."""
         return self.get_attribute(cip.ClassId.ASSEMBLY, instance, _DATA)
 
     def set_assembly(self, instance: int, image: bytes) -> None:
-        """Set the data of an Assembly instance.
-
-        Raises:
-            CipError: the adapter refused: read only, or a wrong length.
-        """
+        """Set the data of an Assembly instance."""
         self.set_attribute(cip.ClassId.ASSEMBLY, instance, _DATA, image)
 
     def get_attribute(self, class_id: int, instance: int, attribute: int) -> bytes:
-        """Return the value of an attribute.
-
-        Raises:
-            CipError: The adapter refused.
-        """
+        """Return the value of an attribute."""
         path = cip.encode_path(class_id, instance, attribute)
         return self.request(cip.Service.GET_ATTRIBUTE_SINGLE, path)
 
     def set_attribute(self, class_id: int, instance: int, attribute: int, value: bytes) -> None:
-        """Set one attribute.
-
-        Raises:
-            CipError: the adapter refused.
-        """
+        """Set one attribute."""
         path = cip.encode_path(class_id, instance, attribute)
         self.request(cip.Service.SET_ATTRIBUTE_SINGLE, path, value)
 
     def request(self, service: int, path: bytes, data: bytes = b"") -> bytes:
-        """Send any CIP request; return the data of its reply.
-
-        Raises:
-            CipError: the adapter refused.
-        """
+        """Send any CIP request; return the data of its reply."""
         return self.exchange(cip.encode_request(service, path, data))[0].data
 
     def exchange(
@@ -133,9 +108,6 @@ class Client(Closing):
 
         Returns:
             The reply and the items that came with it.
-
-        Raises:
-            CipError: the adapter refused.
         """
         answer = self._exchange(Command.SEND_RR_DATA, unconnected(message, *items))
         content = unconnected_items(answer.data)
@@ -167,7 +139,7 @@ class Client(Closing):
             self.socket.settimeout(self._timeout_s)
             self.socket.sendall(question.encode())
             while (answer := next_frame(self._received)) is None:
-                # The whole answer has to come in time, not each of its bytes.
+                # The time limit is for the complete answer, not for each part of it.
                 if (left := deadline - self._clock()) <= 0:
                     raise TimeoutError
                 self.socket.settimeout(left)

@@ -25,7 +25,7 @@ _SIZES = (
     ExtendedStatus.T_TO_O_SIZE,
 )
 _INTERVALS = (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE)
-#: What to do, and the option that it needs: not every command has each.
+#: The option that a remedy needs, if any, and the remedy: not every command has every option.
 _REMEDIES: dict[int, tuple[str, str]] = {
     ExtendedStatus.CONNECTION_NOT_FOUND: ("", "it has lost the connection, too"),
     ExtendedStatus.ONLY_LISTENERS: (
@@ -49,7 +49,7 @@ _REMEDIES: dict[int, tuple[str, str]] = {
         "its assembly to the master is another; name it with --input-instance",
     ),
 }
-#: How the interval in a refusal is meant.
+#: Meaning of the interval in a refusal.
 _TOLD = {
     2: "the shortest that it takes",
     3: "the longest that it takes",
@@ -82,7 +82,6 @@ class Opener:
     """Keeps one connection open by opening it again after every loss.
 
     Args:
-        opened: Opens the connection, and returns its scanner.
         first_s: Longest wait for the first packet, in seconds; None: the connection's own limit.
 
     Attributes:
@@ -106,10 +105,8 @@ class Opener:
     ) -> None:
         """Keep the connection open from now on, in a separate thread that does all waiting.
 
-        Args:
-            look_s: Seconds between two checks of the connection.
-            retry_s: Additional seconds to wait after a failed attempt.
-            on_died: Called if the thread ends by itself.
+        The thread checks the connection every `look_s` seconds and waits `retry_s` more after a
+        failed attempt. It calls `on_died` if it ends by itself.
         """
 
         def work() -> None:
@@ -131,11 +128,7 @@ class Opener:
             self._thread.join()
 
     def open(self) -> None:
-        """Open the connection, and replace any connection before.
-
-        Raises:
-            InputError: The adapter is not there, or refuses.
-        """
+        """Open the connection, and replace any connection before."""
         self.reason = ""
         self.scanner = self._opened()
         self._until_s = time.monotonic() + self._first_s
@@ -160,11 +153,7 @@ class Opener:
 
 
 def multiplier_of(timeout_us: int, rpi_us: int) -> int:
-    """Return the smallest coded time-out multiplier that gives at least this time-out.
-
-    Raises:
-        InputError: Even the greatest multiplier, 512 intervals, is too short.
-    """
+    """Return the smallest coded time-out multiplier that gives at least this time-out."""
     for coded in range(_MOST + 1):
         if rpi_us * (4 << coded) >= timeout_us:
             return coded
@@ -178,10 +167,8 @@ def multiplier_of(timeout_us: int, rpi_us: int) -> int:
 def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
     """Return the remedy for a refused Forward Open; empty if none is known.
 
-    Args:
-        error: The refusal.
-        size: The requested bytes from the adapter.
-        options: Options of the command that a remedy may name.
+    `size` is the requested number of bytes from the adapter, `options` are options of the command
+    that the remedy may name.
     """
     code = error.extended[0] if error.extended else 0
     if code == ExtendedStatus.OWNERSHIP_CONFLICT:

@@ -1,7 +1,7 @@
 """A scanner: opens a class 1 connection as a PLC does, sends and receives at its packet interval.
 
-The packets are the matter of a process of its own (`cyclic.process`), so that what the caller
-does meanwhile disturbs no interval.
+A separate process (`cyclic.process`) sends and receives the packets, so that work of the caller
+does not disturb their intervals.
 """
 
 from __future__ import annotations
@@ -44,20 +44,14 @@ LARGEST = 1400
 
 @dataclass(frozen=True)
 class Assemblies:
-    """The assemblies of one connection; as they stand, those of the controller with 48 bytes.
+    """The assemblies of one connection; by default those of a controller with 48 bytes.
 
     Args:
-        input_size: Bytes from the adapter.
-        output_size: Bytes to the adapter; an exclusive owner alone sends them.
-        input_instance: The adapter's instance, or connection point, to receive from.
-        output_instance: The one to send to.
-        heartbeat: The one that readers name instead; None for the usual one.
+        input_instance: Instance of the adapter (connection point) to receive from.
+        heartbeat: Connection point that Input Only and Listen Only connections name instead of the
+            output; None for the usual one.
         configuration: Configuration instance to name, None for none.
         configuration_data: Data for it, an even number of bytes.
-
-    Raises:
-        InputError: a size that no datagram holds, a number that is no instance, or data without
-            their instance.
     """
 
     input_size: int = SIZE
@@ -77,7 +71,7 @@ class Assemblies:
         numbers = (self.input_instance, self.output_instance, self.heartbeat, self.configuration)
         for number in numbers:
             if number is not None and not 1 <= number <= 0xFFFF:
-                raise InputError(f"{number} is no instance of an assembly; they are 1 to 65535")
+                raise InputError(f"{number} is not an instance of an assembly; they are 1 to 65535")
         if self.configuration_data and self.configuration is None:
             raise InputError("configuration data need the instance that they are for")
         if len(self.configuration_data) % 2 or len(self.configuration_data) > 2 * 0xFF:
@@ -89,7 +83,7 @@ class _Dropping(Protocol):
 
 
 def no_packet(scanner: _Dropping, within_s: float) -> EnipError:
-    """Return the error for a connection that is open, but on which nothing was taken."""
+    """Return the error for an open connection on which no packet was accepted."""
     if drops := scanner.drops():
         return EnipError(
             f"connected, but none of the packets within {within_s:g} s can be used: they are "
@@ -146,26 +140,23 @@ class ScannerStatistics:
 
 
 class Scanner(Closing):
-    """One connection to one adapter, and the session it is opened through.
+    """A connection to an adapter, with the session that opens it.
 
     Args:
-        host: Name or address of the adapter.
         size: Bytes of each of the controller's areas, 48 or 256; or any other `Assemblies`.
         rpi_us: Requested packet interval in microseconds.
-        kind: Application type; only an exclusive owner sends data, the others a heartbeat.
+        kind: Application type. Only an exclusive owner sends data, the others send a heartbeat.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
-        multicast: The adapter is to send to its multicast group.
-        address: IPv4 address of this machine to work from; empty for the one that leads there.
-        io_port: UDP port of ours; None for 2222 or, where that is taken, any.
-        port: The adapter's TCP port.
-        large: Open by Large Forward Open, also where the sizes do not need it.
-        timeout_s: Longest wait for each explicit answer, in seconds.
+        multicast: Request packets to the adapter's multicast group.
+        address: IPv4 address of this machine to send from; empty: the system chooses.
+        io_port: Our UDP port; None for 2222 or, if that is in use, any free port.
 
     Attributes:
         shared: Both areas, and the state of the cyclic connection.
-        client: The session, for other requests. That it ends does no harm to the connection.
-        connection: What has been agreed on, also after a loss; None before and when closed.
-        ended: Why the connection has ended by itself; None while it lives and when closed.
+        client: The session, for other requests. The connection survives the end of the session.
+        connection: The agreed parameters, also after a loss; None before the first and after
+            `close`.
+        ended: Why the connection has ended by itself; None while it is open and after `close`.
 
     Raises:
         InputError: a size that the controller does not have, an interval or a multiplier that
@@ -199,7 +190,7 @@ class Scanner(Closing):
         self._heartbeat = usual if asked.heartbeat is None else asked.heartbeat
         self._adapter = (host, port, timeout_s, address)
         self._originator = random.getrandbits(32)
-        # Each opening has a number of its own: the adapter may not have noticed the last one's end.
+        # Each opening has its own number: the adapter may still hold the previous connection.
         self._serials = itertools.count(random.getrandbits(16))
         self._request: OpenRequest | None = None
         self._number = 0
@@ -215,7 +206,7 @@ class Scanner(Closing):
             self.client.close()
             raise
         finally:
-            # The process has it open now. Without a name nothing is left behind.
+            # The process has opened the memory. Without a name, nothing remains after the end.
             self.shared.unlink()
 
     def open(self) -> None:
@@ -232,7 +223,7 @@ class Scanner(Closing):
         local_port = self._control.port
         items = []
         if local_port != IO_PORT and not self._multicast:
-            # Anything but the usual port must be told.
+            # The adapter must learn any port other than the usual one.
             items.append((Item.T_TO_O_ADDRESS, socket_address("0.0.0.0", local_port)))
         reply, answered = self._ask(request.forward_open(), *items)
         self._request = request
@@ -296,14 +287,11 @@ class Scanner(Closing):
         return self._control.failure
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
-        """Set what is sent from the next packet on.
+        """Set the data and run state from the next packet on.
 
-        Args:
-            image: Assembly 150, all of it.
-            run: The program runs; False sends the idle state, which makes the data void.
-            valid_us: No packet goes out any more this many microseconds from now, unless `write`
-                has been called again: who has stopped writing is not to be believed for ever.
-                None: without an end.
+        `image` is the complete assembly 150. Without `run` the packets carry the idle state, which
+        makes the data void. If `write` is not called again within `valid_us` microseconds, the
+        packets stop: data of a program that hangs must not stay valid. None: they never stop.
         """
         self.shared.to_robot.write(image)
         self.shared.run = run
@@ -311,8 +299,8 @@ class Scanner(Closing):
 
     def read(self) -> Received:
         """Return what has been received so far, and whether packets still arrive."""
-        # In the reverse order of what the cyclic process writes. The state is read first: after
-        # it, the time and the image of a packet are there. The image is read last: it is not
+        # The cyclic process writes in the reverse order. The state is read first: when it is RUN,
+        # time and image of a packet are already written. The image is read last, so it is not
         # older than its time.
         connected = self._control.alive and self.shared.owner is OwnerState.RUN
         arrived_us = self.shared.arrived_us
@@ -400,7 +388,7 @@ class Scanner(Closing):
             return start(0)
 
     def _note_end(self, number: int, reason: EndReason) -> None:
-        # Called from a thread: an earlier connection's end may still be on its way.
+        # This runs in a thread: the end of an earlier connection may be reported late.
         if number == self._number:
             self.ended = reason
 

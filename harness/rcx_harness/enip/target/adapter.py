@@ -15,7 +15,7 @@ from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["MODULE", "Adapter"]
 
-#: What its process runs.
+#: Module that the process runs.
 MODULE = "rcx_harness.enip.target.adapter_process"
 
 
@@ -23,28 +23,17 @@ class Adapter(Closing):
     """A virtual controller's EtherNet/IP interface, in a process of its own.
 
     It serves explicit messages to the Assemblies 100 (robot to master) and 150 (master to robot;
-    manual chapter 1, section 4) and to the objects around them, answers who asks for devices, and
-    opens cyclic connections if it is given a port for them. The process ends with `close`, or
-    with its parent.
+    manual chapter 1, section 4) and to the objects around them. It answers device searches, and
+    opens cyclic connections if it has a port for them. The process ends with `close`, or with its
+    parent.
 
     Args:
-        size: Bytes of each assembly, 48 or 256.
-        identity: What the Identity object shows.
-        host: IPv4 address to listen on.
         port: TCP and UDP port of explicit messages, 0 for any free one.
         cyclic: UDP port of cyclic I/O, 0 for any free one; None for explicit messages only, which
             start faster.
-        options: Limits and manners.
 
     Attributes:
-        size: As given.
-        address: Host and port it listens on.
-        io_port: UDP port of cyclic I/O, None without.
         shared: Both assemblies, and the state of the cyclic connections.
-
-    Raises:
-        InputError: a size that the controller does not have.
-        EnipError: it could not listen there, or did not start.
     """
 
     def __init__(
@@ -77,7 +66,7 @@ class Adapter(Closing):
             self.close()
             raise
         finally:
-            # All sides have it open now. Without a name nothing is left behind, however we end.
+            # All sides have opened the memory. Without a name, nothing remains after the end.
             self.shared.unlink()
         self.address: tuple[str, int] = (host, started["port"])
         self.io_port: int | None = started["io_port"]

@@ -1,8 +1,8 @@
-"""The adapter's own process: the device, its TCP and UDP ports, and nothing of the parent's.
+"""The process of the adapter: the device with its TCP and UDP ports.
 
-Started by `rcx_harness.enip.target.adapter` with its settings as JSON; says on standard output
-where it listens, or why it cannot; ends when its standard input does, that is with its parent at
-the latest.
+`rcx_harness.enip.target.adapter` starts it with its settings as JSON. It reports on standard output
+where it listens, or why it cannot. It ends when its standard input ends, at the latest with its
+parent.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ class _Adapter:
         self._shared.refusals.write(asdict(RefusedOpen(now_us(), text[:_LONGEST_TEXT])))
 
     def _reset(self) -> None:
-        # Not before the reply to the reset is on its way.
+        # Close after the reply to the reset has been sent.
         self._loop.call_soon(self._tcp.close_all)
 
     def _ended(self, number: int) -> None:

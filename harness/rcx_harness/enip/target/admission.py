@@ -1,7 +1,7 @@
-"""May it come in? Electronic keys, places for one more, and what a Forward Open must be like.
+"""Checks of requests to open a connection: electronic keys, free places, parameters.
 
-All that can be told without looking at the connections there are. The order of the checks is ours;
-each refusal carries general status 0x01 and the extended status of CIP volume 1, chapter 3, 5.6.
+These checks do not depend on the open connections. The order of the checks is our own choice; each
+refusal carries general status 0x01 and the extended status of CIP volume 1, chapter 3, 5.6.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 
 __all__ = [
-    "EXPLICIT_CLASS",
     "MAX_EXPLICIT_SIZE",
     "check_cyclic",
     "check_explicit",
@@ -56,11 +55,8 @@ _KEPT_PART = 8
 def has_room(taken: Iterable[str], peer: str, places: int, of_peer: int) -> bool:
     """Return whether an address may use one more place.
 
-    Args:
-        taken: The address of each used place.
-        peer: The address that requests a place.
-        places: The number of places; the last eighth is reserved for addresses without a place.
-        of_peer: The number of places that one address may use.
+    `taken` has an address for each used place. The last eighth of the places is reserved for
+    addresses without a place, and one address may use at most `of_peer` places.
     """
     count = Counter(taken)
     own = count[peer]
@@ -135,15 +131,11 @@ def check_cyclic(
 ) -> ConnectionKind:
     """Check a class 1 connection: its application paths, sizes and intervals.
 
-    Args:
-        request: The Forward Open.
-        path: Its connection path.
-        size: Bytes of each assembly.
-        options: Connection points, configuration instances and limits of the interval.
-        produced_us: Interval of the multicast production that it would join, if there is one.
+    `produced_us` is the interval of the multicast production that the connection would join, if
+    there is one.
 
     Returns:
-        Which application type its paths ask for.
+        The application type that its paths select.
 
     Raises:
         Refusal: 0x12F, 0x129, 0x12A, 0x12B, 0x126, 0x127, 0x128, 0x112, 0x11B.

@@ -1,7 +1,7 @@
-"""The Connection Manager: opens and closes connections, and knows those that are open.
+"""The Connection Manager, which opens and closes connections (CIP volume 1, chapter 3, 5).
 
-What a Forward Open must be like is `admission`'s; the packets of class 1 are the cyclic part's,
-which is told here; the messages of class 3 are answered here. CIP volume 1, chapter 3, 5.
+`admission` checks a Forward Open. The cyclic exchange handles the packets of class 1; this module
+adds and removes its connections. Messages of class 3 are answered here.
 """
 
 from __future__ import annotations
@@ -53,7 +53,6 @@ from rcx_harness.enip.target.refusal_text import Facts, refusal_text
 
 __all__ = [
     "MAX_CYCLIC",
-    "MAX_EXPLICIT",
     "ConnectionManager",
     "CyclicPart",
     "ExplicitConnection",
@@ -67,11 +66,10 @@ class Origin:
     """The sender of one request.
 
     Attributes:
-        peer: Its IPv4 address.
-        local: Our IPv4 address that it has reached.
-        session: Handle of its session; an explicit connection lives as long as that.
-        addresses: Socket address items it has sent along, by their type.
-        items: Socket address items to send along with the reply; filled by who answers.
+        local: Our IPv4 address that the originator has used.
+        session: Handle of the session. An explicit connection ends with it.
+        addresses: Socket address items of the request, by their type.
+        items: Socket address items for the reply.
     """
 
     peer: str = "127.0.0.1"
@@ -91,12 +89,7 @@ class ExplicitConnection:
     A message that comes again with the same sequence count is answered with the same reply and
     not carried out again.
 
-    Args:
-        request: As it was opened.
-        connection_id: Of the messages to us.
-        session: Handle of the session it lives and dies with.
-        peer: IPv4 address of the originator.
-        now: Seconds of the clock that `answer` and `has_timed_out` use, too.
+    The connection ends with its session. Times are seconds of one monotonic clock.
     """
 
     def __init__(
@@ -120,13 +113,11 @@ class ExplicitConnection:
     def answer(self, message: bytes, now: float, perform: Callable[[bytes], bytes]) -> bytes | None:
         """Reply to a message, both with the sequence count first.
 
-        Args:
-            message: As it came; longer than the connection's size it gets status 0x15.
-            now: Seconds.
-            perform: Gives the CIP reply to a CIP request.
+        A message that is longer than the connection's size is answered with status 0x15. `perform`
+        executes the CIP request and returns its reply.
 
         Returns:
-            None if it is too short to be a message: no reply.
+            The reply; None if the message is too short for one.
         """
         if len(message) < SEQUENCE_SIZE + 2:
             return None
@@ -156,7 +147,7 @@ _ID_BITS = 32
 
 
 def random_id() -> int:
-    """Return 32 bits that nobody can guess."""
+    """Return 32 random bits that cannot be guessed."""
     return secrets.randbits(_ID_BITS)
 
 
@@ -169,19 +160,11 @@ class CyclicPart(Protocol):
         ...
 
     def add(self, parameters: ConnectionParameters) -> None:
-        """Start a connection; does not wait.
-
-        Raises:
-            EnipError: Its process has ended.
-        """
+        """Start a connection; does not wait."""
         ...
 
     def remove(self, number: int) -> None:
-        """Stop a connection.
-
-        Raises:
-            EnipError: Its process has ended.
-        """
+        """Stop a connection."""
         ...
 
 
@@ -189,16 +172,12 @@ class ConnectionManager:
     """The connections of one adapter.
 
     Args:
-        size: Bytes of each assembly.
-        identity: What electronic keys are compared with.
-        options: Connection points, limits and manners.
-        cyclic: The cyclic part, None if there are explicit connections only.
-        clock: Seconds, monotonic.
-        draw_id: Gives 32 bits for each connection id. Whoever knows the ids of some connections,
-            also of those before the last start, must not be able to guess another one.
-        on_refused: Takes a sentence for each Forward Open that is refused.
+        identity: Compared with the electronic keys of requests.
+        cyclic: The cyclic exchange; None for an adapter with explicit connections only.
+        draw_id: Returns 32 random bits for each connection id. Nobody who knows some ids, even
+            those before the last start, may be able to guess another one.
+        on_refused: Called with a sentence for each refused Forward Open.
         group: Multicast address to produce to.
-        dscp: Code point for each priority (0 low to 3 urgent).
     """
 
     def __init__(

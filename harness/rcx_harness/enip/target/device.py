@@ -1,4 +1,4 @@
-"""All that makes up one device, put together: objects, connections, sessions. No sockets.
+"""One device, composed of objects, connections and sessions, without sockets.
 
 A session is one TCP connection of a scanner: encapsulation commands in, answers out. Which command
 is answered how is chapter 2 of the EtherNet/IP adaptation of CIP (volume 2). A command that cannot
@@ -49,20 +49,15 @@ IDLE_S = 10.0
 """A session that has been silent for so long gives way to a newcomer, if there is no room."""
 
 
-#: Where a header says how much data follow.
+#: Bytes of a header with the length of its data.
 _LENGTH = slice(2, 4)
 
 
 class Session:
     """The encapsulation layer of one connection.
 
-    Args:
-        device: It.
-        local: Host and port of our end, as ListIdentity shows them.
-        peer: IPv4 address of the other end.
-
     Attributes:
-        ended: The connection is to be closed, once all answers have gone.
+        ended: The TCP connection must be closed as soon as all answers have been sent.
     """
 
     def __init__(self, device: Device, local: tuple[str, int], peer: str) -> None:
@@ -208,25 +203,16 @@ _FAULTED, _NONE, _RUN, _IDLE = 0x0020, 0x0030, 0x0060, 0x0070
 
 
 class Device:
-    """One adapter: what it is, what is connected, and who speaks to it.
+    """One adapter with its objects, its connections and its sessions.
 
     Args:
-        to_master: Assembly 100.
-        to_robot: Assembly 150.
-        identity: What the Identity object shows.
-        options: Limits and manners.
-        cyclic: The cyclic part, None for explicit messages only.
-        owner_state: What the cyclic part says of the owner.
-        interface: The network interface.
-        clock: Seconds, monotonic.
-        draw_id: Gives 32 bits for each connection id.
-        on_refused: Takes a sentence for each Forward Open that is refused.
+        cyclic: The cyclic exchange; None for explicit messages only.
+        owner_state: Returns the state of the owner's cyclic connection.
+        draw_id: Returns 32 random bits for each connection id.
+        on_refused: Called with a sentence for each refused Forward Open.
 
     Attributes:
-        router: Answers CIP requests.
-        connections: The Connection Manager.
-        listing: Answers what needs no session.
-        clock: As given.
+        listing: Answers the commands that need no session.
         on_reset: Called after a reset of the device, to close all TCP connections.
     """
 

@@ -1,7 +1,7 @@
 """Discovery: the commands that need no session, over TCP and UDP, without sockets.
 
-A broadcast ListIdentity is answered after a random delay, because everybody on the network
-answers it (volume 2, chapter 2-4.2); the longest delay is the request's, in milliseconds, in the
+A broadcast ListIdentity is answered after a random delay, because all devices on the network
+answer it (volume 2, chapter 2-4.2). The request gives the longest delay in milliseconds in the
 first two bytes of its sender context: 0 stands for 2 s, and less than 500 for 500.
 """
 
@@ -30,12 +30,7 @@ _CIP_OVER_TCP, _CYCLIC_OVER_UDP = 0x0020, 0x0100  # capability flags
 
 
 class Listing:
-    """Answers ListServices, ListIdentity and ListInterfaces.
-
-    Args:
-        router: Knows the identity.
-        cyclic: Class 1 connections can be opened.
-    """
+    """Answers ListServices, ListIdentity and ListInterfaces."""
 
     def __init__(self, router: Router, cyclic: bool) -> None:
         self._router = router
@@ -44,12 +39,11 @@ class Listing:
     def answer(self, frame: Frame, local: tuple[str, int]) -> Frame | None:
         """Answer a command.
 
-        Args:
-            frame: The request; it has no data, else it is refused with 0x65.
-            local: Our own host and port, as ListIdentity shows them.
+        The request must have no data, otherwise it is refused with 0x65. `local` is our own host
+        and port, as shown by ListIdentity.
 
         Returns:
-            None if it is another command.
+            The answer; None for another command.
         """
         if frame.command == Command.LIST_SERVICES:
             item = struct.pack("<HH16s", PROTOCOL_VERSION, self._flags, b"Communications")
@@ -82,7 +76,6 @@ class Datagrams:
     """Answers datagrams.
 
     Args:
-        listing: Answers the three commands that go over UDP.
         random: Uniform from 0 to 1.
     """
 
@@ -93,10 +86,7 @@ class Datagrams:
     def answer(self, data: bytes, local: tuple[str, int], broadcast: bool) -> Delayed | None:
         """Answer one datagram.
 
-        Args:
-            data: One frame; anything else is discarded.
-            local: Our own host and port.
-            broadcast: It was sent to everybody; then there is no answer but to what was asked.
+        Anything but exactly one frame is discarded. A broadcast (`broadcast`) gets no error answer.
         """
         found = decode_header(data)
         if found is None or len(data) != HEADER_SIZE + found[1]:

@@ -1,7 +1,7 @@
 """The properties of the network interface with a given address.
 
-Linux tells all; elsewhere the netmask is guessed and the rest is unknown (zero), which costs only
-the answers about it.
+Linux reports all properties. On other systems the netmask is guessed and the rest is unknown
+(zero), which affects only the attributes that show it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from structured_text.output.system import addresses
 __all__ = ["ANY", "NetworkInterface", "address_toward", "find_interface"]
 
 _NO_HARDWARE_ADDRESS = bytes(6)
-# Of the addresses for documentation (RFC 5737): somewhere beyond the own network.
+# An address for documentation (RFC 5737), which is outside of any local network.
 _ELSEWHERE = "192.0.2.1"
 
 ANY = "0.0.0.0"
@@ -24,13 +24,7 @@ ANY = "0.0.0.0"
 
 @dataclass(frozen=True)
 class NetworkInterface:
-    """An IPv4 address and what belongs to it.
-
-    Attributes:
-        address: Of the adapter.
-        netmask: Of its network.
-        hardware_address: Six bytes.
-    """
+    """An IPv4 address and what belongs to it."""
 
     address: str = "127.0.0.1"
     netmask: str = "255.0.0.0"
@@ -61,7 +55,7 @@ def find_interface(address: str) -> NetworkInterface:
     """Return the interface of an IPv4 address of this machine."""
     wanted = ipaddress.IPv4Address(address)
     for own, netmask, hardware in addresses():
-        # Only the first address is told; further ones are of the same network, as a rule.
+        # Only the first address is shown; further ones usually belong to the same network.
         if wanted in ipaddress.IPv4Network((own, netmask), strict=False):
             return NetworkInterface(address, netmask, hardware)
     return NetworkInterface(address, "255.0.0.0" if wanted.is_loopback else "255.255.255.0")

@@ -3,8 +3,8 @@
 cpppo keeps its object directory for the whole process: one device per process, and a new
 `ObjectModel` replaces the one before it. The objects that describe the network are those of CIP
 volume 2, chapter 5: TCP/IP Interface (0xF5, revision 4), Ethernet Link (0xF6, revision 4) and QoS
-(0x48, revision 1). A virtual controller has nothing to configure: the addresses are its host's,
-and only what touches nobody else can be set.
+(0x48, revision 1). A virtual controller uses the addresses of its host, so only attributes that
+affect nothing else can be set.
 """
 
 from __future__ import annotations
@@ -41,12 +41,7 @@ _SPEEDS = ((10, 0), (10, 1), (100, 0), (100, 1))  # Mbit/s, full duplex
 
 
 def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
-    """Return attributes 1 to 12 of the TCP/IP Interface object.
-
-    Args:
-        interface: The adapter's own.
-        group: First multicast address.
-    """
+    """Return attributes 1 to 12 of the TCP/IP Interface object."""
     address = _number(interface.address) + _number(interface.netmask) + bytes(12)
     return {
         1: struct.pack("<I", _CONFIGURED),
@@ -69,10 +64,6 @@ def ethernet_link_values(port: int, hardware_address: bytes) -> dict[int, bytes]
 
     The module has two connectors, 10Base-T or 100Base-TX (manual chapter 1, 3.1); the first is
     the one that is plugged in.
-
-    Args:
-        port: Number of the connector, 1 or 2.
-        hardware_address: Six bytes.
     """
     plugged = port == 1
     label = f"Port {port}".encode()
@@ -141,13 +132,9 @@ class ObjectModel:
     QoS, TCP/IP Interface and two Ethernet Links.
 
     Args:
-        to_master: Assembly 100, written by the robot.
-        to_robot: Assembly 150, as long as the other one, written by the master.
-        identity: Attributes of the Identity object.
-        status: Gives the Identity object's status word.
-        is_owned: Tells whether a connection owns assembly 150.
-        interface: The adapter's network interface.
-        group: Its first multicast address.
+        status: Returns the status word of the Identity object.
+        is_owned: Returns whether a connection owns assembly 150.
+        group: First multicast address of the adapter.
         inactivity_s: Initial value of the TCP/IP Interface object's attribute 13.
     """
 
@@ -221,7 +208,7 @@ class ObjectModel:
         return value
 
     def set(self, path: Path, data: bytes) -> None:
-        """Set an attribute of an existing object, whole.
+        """Set the complete value of an attribute of an existing object.
 
         Raises:
             Refusal: 0x14 no such attribute, 0x0E read only, 0x13 too short, 0x15 too long,

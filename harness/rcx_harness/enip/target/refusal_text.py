@@ -1,7 +1,7 @@
 """Explains a refused connection: who asked, why it was refused, and what to set where.
 
-A PLC's tool often shows no more than the code of a refusal. The controller knows both what was
-asked for and what it has.
+The tool of a PLC often shows only the code of a refusal. The controller knows both the request and
+its own properties.
 """
 
 from __future__ import annotations
@@ -27,11 +27,9 @@ class Facts:
     """The sizes and numbers that the controller has.
 
     Attributes:
-        size: Bytes of each assembly.
-        identity: What electronic keys are compared with.
-        options: Connection points and limits.
+        identity: Compared with electronic keys.
         owner: IPv4 address of the exclusive owner; empty without one.
-        cyclic: There is cyclic I/O at all.
+        cyclic: Whether there is cyclic I/O.
     """
 
     size: int
@@ -44,11 +42,7 @@ class Facts:
 def refusal_text(peer: str, request: ForwardOpen | None, refusal: Refusal, facts: Facts) -> str:
     """Return one sentence: who asked for what, the code, its meaning, and a remedy.
 
-    Args:
-        peer: IPv4 address of the originator.
-        request: What it asked for; None where that could not be read.
-        refusal: How it was refused.
-        facts: What the controller has.
+    `request` is None if it could not be read; `facts` are the properties of the controller.
     """
     if refusal.status != Status.CONNECTION_FAILURE or not refusal.extended:
         code, meaning = f"0x{refusal.status:02X}", status_text(refusal.status)

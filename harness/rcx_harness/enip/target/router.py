@@ -34,11 +34,8 @@ _BACKPLANE = b"\x01\x00"  # port 1, link address 0: where scanners presume a pro
 class Router:
     """Turns requests into replies; every request gets one.
 
-    Args:
-        objects: The device's objects.
-        identity: What an electronic key in a path is compared with.
-        connections: The Connection Manager.
-        reset: Carries out a reset of the device once the reply has gone.
+    `identity` is compared with the electronic key of a path. `reset` resets the device after the
+    reply has been sent.
     """
 
     def __init__(
@@ -116,8 +113,8 @@ class Router:
     def _reset_device(self, request: Request) -> bytes:
         """Reset the network side for type 0 (the default), and refuse all other types.
 
-        While a master owns the outputs it is refused: a robot must not lose its master by a
-        stray message.
+        While a master owns the outputs, the reset is refused: a stray message must not separate a
+        robot from its master.
         """
         if len(request.data) > 1:
             raise Refusal(Status.TOO_MUCH_DATA)

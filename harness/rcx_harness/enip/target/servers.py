@@ -1,8 +1,8 @@
-"""The TCP and UDP ports: who may connect, and each one's bytes to and from the device.
+"""The TCP and UDP ports of a device, with the limits for connections.
 
-On UDP there is one socket for our address and one for each broadcast address: the socket that a
-datagram comes to tells whether it was a broadcast. Several adapters on one machine must all hear a
-broadcast, so those sockets share their address; our own is ours alone.
+On UDP there is one socket for our address and one for each broadcast address. The socket that
+receives a datagram shows whether it was a broadcast. Several adapters on one machine must all
+receive a broadcast, so these sockets share their address; the socket of our address is not shared.
 """
 
 from __future__ import annotations
@@ -17,29 +17,18 @@ from rcx_harness.enip.target.device import Device, Session
 from rcx_harness.enip.target.listing import Datagrams
 from rcx_harness.enip.target.network_interface import ANY, address_toward
 
-__all__ = [
-    "MAX_CONNECTIONS",
-    "MAX_CONNECTIONS_OF_PEER",
-    "MAX_DELAYED",
-    "MAX_DELAYED_OF_PEER",
-    "TcpServer",
-    "UdpServer",
-]
+__all__ = ["TcpServer", "UdpServer"]
 
 MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
 _NEWCOMERS = 1
 
-#: So many bytes of one connection are answered before the others have their turn. They are
-#: received into memory that stays: asyncio's `Protocol` takes and gives back 256 KiB each time.
+#: Number of bytes of one connection that are answered before it is the turn of the others. They are
+#: received into permanent memory: asyncio's `Protocol` allocates and frees 256 KiB each time.
 _TURN = 1024
 
 
 class TcpServer:
-    """All TCP connections of one device.
-
-    Args:
-        device: Answers them.
-    """
+    """All TCP connections of one device."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -83,7 +72,7 @@ class TcpServer:
         self.connections.discard(connection)
 
     def close_overdue(self) -> None:
-        """Close what has been silent, or slow, for too long."""
+        """Close connections that have been silent or slow for too long."""
         for connection in list(self.connections):
             if connection.session.is_overdue():
                 connection.transport.abort()
@@ -133,7 +122,7 @@ class _Connection(asyncio.BufferedProtocol):
         return self._received
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Answer what is complete."""
+        """Answer all complete messages in the buffer."""
         if not self._admitted:
             return
         if answers := self.session.receive(self._received[:nbytes]):
@@ -172,18 +161,13 @@ class UdpServer:
     """The UDP sockets of one device.
 
     Args:
-        datagrams: Answers them.
-        local: Host and port; the socket is bound to it. With `ANY` a broadcast cannot be told from
-            a question to us alone, and is answered at once.
-        broadcasts: Broadcast addresses to listen at; those the machine does not allow are left.
-        dscp: Code point of the answers.
+        local: Host and port to bind to. With `ANY`, a broadcast cannot be distinguished from a
+            request to this device alone, and is answered at once.
+        broadcasts: Broadcast addresses to listen at; those that the system refuses are skipped.
 
     Attributes:
-        answers: Does the device answer at all?
-        delayed: Who waits for an answer that comes after a delay.
-
-    Raises:
-        OSError: the port is taken.
+        answers: Whether the device answers at all.
+        delayed: Addresses whose answers are due after a delay.
     """
 
     def __init__(
@@ -245,7 +229,7 @@ class _Endpoint(asyncio.DatagramProtocol):
             return
         room = has_room(server.delayed, addr[0], MAX_DELAYED, MAX_DELAYED_OF_PEER)
         if answer.delay_s == 0 or not room:
-            # Whoever has asked too often waits no more; nobody's question is dropped for it.
+            # If all delayed answers are in use, the answer is sent without a delay, not dropped.
             self._send(answer.data, addr)
         else:
             server.delayed.append(addr[0])

@@ -1,1 +1,1 @@
-"""`rcx compare`: what a controller did, beside what the virtual one does with the same input."""
+"""`rcx compare`: a recorded controller beside the virtual one with the same input."""

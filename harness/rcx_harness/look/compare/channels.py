@@ -10,7 +10,7 @@ from functools import lru_cache
 from rcx_harness.spec import signals
 from rcx_harness.spec.wire import DEDICATED_AT, RESERVED_AT, SIZE
 
-__all__ = ["RESPONSE", "STATUS", "Channel", "Difference", "Timeline", "channels", "differences"]
+__all__ = ["Channel", "Difference", "Timeline", "channels", "differences"]
 
 STATUS, RESPONSE = "status", "response"
 
@@ -21,9 +21,8 @@ class Channel:
 
     Attributes:
         name: `status`, `response`, `SO02`, `SO2()`, `reserved` or `SOW(24)`.
-        first: Its first byte.
-        end: The byte behind its last one.
-        bit: Of its byte; None where it is all of its bytes.
+        end: The byte after its last one.
+        bit: Its bit within the byte; None if the channel has whole bytes.
     """
 
     name: str
@@ -32,7 +31,7 @@ class Channel:
     bit: int | None = None
 
     def of(self, area: bytes) -> int:
-        """Its value in an area."""
+        """Return the value of the channel in an area."""
         value = int.from_bytes(area[self.first : self.end], "little")
         return value if self.bit is None else value >> self.bit & 1
 
@@ -59,7 +58,7 @@ class Timeline:
     """The values of one channel over time.
 
     Args:
-        changes: When, and the value from then on; each another one than before.
+        changes: Times, and the value from each time on; successive values differ.
     """
 
     def __init__(self, changes: Sequence[tuple[int, int]]) -> None:
@@ -82,7 +81,7 @@ class Timeline:
         return self.values[place] if place >= 0 else None
 
     def stretches(self, from_us: int, end_us: int) -> Iterator[tuple[int, int, int]]:
-        """Begin, end and value of all that stands between two times, cut off at them."""
+        """Yield begin, end and value of each stretch between two times."""
         first = max(0, bisect_right(self.times, from_us) - 1)
         for place in range(first, len(self.times)):
             begin_us = max(from_us, self.times[place])
@@ -93,7 +92,7 @@ class Timeline:
                 yield begin_us, min(behind_us, end_us), self.values[place]
 
     def next_change(self, from_us: int, wanted: int | None) -> int | None:
-        """When, not before that time, it changes to a value (None: to any); None if never."""
+        """Return the time of the next change to a value (None: to any value); None if never."""
         for place in range(bisect_left(self.times, from_us), len(self.times)):
             if place and (wanted is None or self.values[place] == wanted):
                 return self.times[place]
@@ -120,15 +119,10 @@ def differences(
 ) -> Iterator[Difference]:
     """Return where one side shows a value that the other does not show within the tolerance.
 
-    A value that the virtual controller shows for less time than the tolerance may be missing: it
-    may have had no packet of its own.
+    A value that the virtual controller shows for less time than the tolerance may be missing in the
+    recording, because no packet was sent while it lasted.
 
-    Args:
-        channel: Which.
-        recorded: Its values in the recording.
-        virtual: Its values in the virtual controller.
-        span: Begin and end of what is compared.
-        tolerance_us: See Recording.
+    `span` is the compared time.
     """
     found: list[tuple[int, int]] = []
     for one, other, brief in ((recorded, virtual, False), (virtual, recorded, True)):

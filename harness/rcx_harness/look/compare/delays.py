@@ -1,8 +1,8 @@
-"""The delays of a controller, as a recording shows them: each drawn so that the answer fits.
+"""The delays of a controller in a replay, chosen so that the answers match the recording.
 
-Where a robot file gives a delay as a range, each answer has one of its own in it. A replay that
-drew them by chance would differ from every recording; this takes the one that the recording shows,
-as far as the range allows it.
+If a robot file gives a delay as a range, each answer has its own delay within the range. A replay
+with random delays would differ from every recording. Therefore each delay is taken from the
+recording, as far as the range allows.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT, ENDS, RE
 
 __all__ = ["DELAYS", "INPUTS", "Drawn", "Guide", "asked"]
 
-#: Which change answers what takes that long: channels and the values that they come to.
+#: The change that ends each delay: channels with the values that they reach.
 _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "boot_time": (("SO01", (1,)),),
     "link_error_delay": (("SO03", (1,)),),
@@ -37,7 +37,7 @@ _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "status_reset_delay": ((STATUS, (READY,)),),
 }
 DELAYS = tuple(_ANSWERS)
-#: Which input asks for it, and the level that it goes to; asked for again, it is the later answer.
+#: The input that starts each delay, with its level. A repeated request restarts the delay.
 _ASKED = {
     "emergency_stop_delay": (("SI00", 0),),
     "emergency_release_delay": (("SI00", 1),),
@@ -62,10 +62,8 @@ class Drawn:
     """One delay of a replay.
 
     Attributes:
-        key: Which.
-        at_us: When it began.
-        us: How long it was.
-        seen: The recording shows it, or that it was at least so long.
+        key: The key of the delay.
+        seen: The recording shows the delay itself, or a lower limit of it.
     """
 
     key: str
@@ -101,13 +99,12 @@ class Guide:
     of the others it shows when they end. Their acceptance is then as short as it may be.
 
     Args:
-        controller: Its delays are drawn here from now on.
-        recorded: The recording's values by channel.
-        asked: What the PLC sent, by dedicated input, `code` and `words`: see `asked`.
-        free: These keys are whatever the recording shows, not what the configuration allows.
+        recorded: The values of the recording by channel.
+        asked: The requests of the PLC, by dedicated input, `code` and `words`: see `asked`.
+        free: Delays of these keys follow the recording, even against the configuration.
 
     Attributes:
-        drawn: What was drawn, in order.
+        drawn: The delays that were drawn, in order.
     """
 
     def __init__(
@@ -147,7 +144,7 @@ class Guide:
         return us
 
     def _least_us(self, key: str, now_us: int) -> int:
-        """How long it was at least: a command that was changed had not begun, or not ended."""
+        """Return the lower limit of a delay: a changed command had not begun, or not ended."""
         status = self._recorded[STATUS]
         if key == "command_accept_delay":
             changed_us = self._asked["words"].next_change(now_us + 1, None)
@@ -162,7 +159,7 @@ class Guide:
         return 0
 
     def _hidden(self, key: str) -> bool:
-        """Is it the acceptance of commands in a recording that does not show them run?"""
+        """Return whether the recording hides this delay (acceptance of commands without 0x0100)."""
         return key == "command_accept_delay" and not self._shows_run
 
     def _accepted(self, at_us: int) -> bool:
@@ -178,7 +175,7 @@ class Guide:
         return refused or (kind is Kind.LASTING and status == RUN)
 
     def _seen_us(self, key: str, now_us: int) -> int | None:
-        """How long the recording shows that it took; None where it does not show it."""
+        """Return the length of a delay in the recording; None if it is not visible."""
         found = []
         for channel, values in _ANSWERS[key]:
             line = self._recorded[channel]

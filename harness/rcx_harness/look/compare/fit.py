@@ -1,9 +1,9 @@
-"""Finds the robot file with which the virtual controller answers as a recorded one.
+"""The search for the robot file with which the virtual controller answers like a recorded one.
 
-Delays are measured. Every other key is tried where it can have had an influence: a key that the
-controller has not read up to a difference has no part in it. The one with which both agree longest
-is taken, until they agree, or until no key carries them further; what differs then is left over,
-and the search goes on behind it. At the end each key is tried once more, with all that was found.
+Delays are measured. Every other key is tried where it can have an influence: a key that the
+controller has not read before a difference cannot explain it. The search takes the key with which
+both sides agree longest, until they agree or no key helps any more. The remaining difference is
+then noted as unexplained, and the search goes on behind it. At the end each key is tried once more.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from structured_text.errors import InputError
 __all__ = ["Fit", "Knob", "fit"]
 
 _FREE = frozenset(DELAYS)
-#: So many differences are left over at most; with more the recording is of another machine.
+#: Most unexplained differences; with more, the recording is of another machine.
 _MOST_LEFT = 100
 _NEVER = 1 << 62
 #: A mode that is shown at once has no delay to draw; it begins with one that is none to see [ms].
@@ -36,12 +36,13 @@ class Knob:
     """The evidence of the recording for one key.
 
     Attributes:
-        key: It.
-        value: With which both agree; of a delay (shortest, longest) in ms where they differ.
-        found: Another value would show; else the recording cannot decide it.
-        why: In one line.
-        others: Values with which both agree as well.
-        instead: Other keys and values: one of them, this key as it was, answers the same.
+        key: The key of the robot file.
+        value: The value with which both sides agree; (shortest, longest) in ms for a delay that
+            varies.
+        found: Whether the recording decides the value: another one would differ from it.
+        why: The reason in one line.
+        others: Other values with which both sides agree.
+        instead: Other keys with values. One of them, with this key unchanged, has the same effect.
     """
 
     key: str
@@ -57,10 +58,10 @@ class Fit:
     """The result of a fit.
 
     Attributes:
-        config: With which both agree, but for what is left over.
-        knobs: Every key but those that only describe the robot.
-        left: What no key expresses.
-        runs: How many replays it took.
+        config: The configuration with which both sides agree, except for `left`.
+        knobs: All keys but those that only describe the robot.
+        left: Differences that no key explains.
+        runs: Number of replays.
     """
 
     config: RobotConfig
@@ -72,12 +73,10 @@ class Fit:
 def fit(
     replay: Replay, base: RobotConfig, progress: Callable[[float], None] = lambda share: None
 ) -> Fit:
-    """Look for the robot file that a recording is of.
+    """Return the robot file that reproduces a recording best.
 
-    Args:
-        replay: The recording.
-        base: Where to begin; what it describes (axes, programs, points ...) is taken as it is.
-        progress: Is called with the share of the recording with which both agree.
+    `base` is the configuration to begin with; its axes, programs and points are kept. `progress` is
+    called with the share of the recording that the virtual controller reproduces.
     """
     return _Search(replay, base, progress).search()
 
@@ -124,8 +123,8 @@ class _Search:
     def _better(self, here: Replayed) -> RobotConfig | None:
         """Return the configuration, with one key changed, of the longest agreement.
 
-        Of those that are equally good it is the one whose key has few values: any alarm can be
-        given a name, a key that is true or false explains it with less.
+        Among equally good configurations, a key with few values wins: a truth value is a simpler
+        explanation than the number of an alarm.
         """
         config, seen = self._result.config, self._seen(here)
         least = _reach(here)
@@ -183,9 +182,9 @@ class _Search:
         return replace(at_first, alarms=frozenset(alarms))
 
     def _take_acceptance(self) -> None:
-        """Commands that do not show that they run are accepted as fast as those that are refused.
+        """Take the acceptance delay of refused commands for all commands without status 0x0100.
 
-        How long they take themselves is measured from there on.
+        The delays of their execution are then measured from their acceptance on.
         """
         config = self._result.config
         if config.skip_run_status != "always":
@@ -240,7 +239,7 @@ class _Search:
         return None
 
     def _as_well(self, key: str, spread_us: int) -> Iterator[tuple[str, Any]]:
-        """Other keys that explain what a key was found by."""
+        """Return other keys that explain the same difference as a key."""
         was, others = self._instead.get(key, (None, []))
         for other, value in others:
             changed = replace(self._result.config, **{key: was, other: value})
@@ -249,10 +248,10 @@ class _Search:
                 yield other, value
 
     def _take_delays(self) -> None:
-        """Each delay as it was at the beginning where that is as good, else as it is measured.
+        """Keep each initial delay that is as good as the measured one; else take the measured one.
 
-        One after the other, each with those that were taken before: two that follow each other
-        show only how long they are together.
+        Delays are taken one after the other, each with those taken before, because the recording
+        shows only the sum of two consecutive delays.
         """
         result = self._result
         free = _FREE
@@ -277,9 +276,9 @@ class _Search:
                 result.config = kept
 
     def _narrowest(self, key: str, measured: Sequence[float], free: frozenset[str]) -> RobotConfig:
-        """With the measured delay, without the longest ones if they had no effect.
+        """Return the configuration with the measured delay, without outliers that have no effect.
 
-        An input that has none may seem to be answered by what has another cause, much later.
+        Without an answer, a later change with another cause may look like the answer to an input.
         """
         lengths = sorted(set(measured))
         config = self._result.config
@@ -301,7 +300,7 @@ def _from_to(key: str, lengths: Sequence[float]) -> dict[str, Any]:
 
 
 def _reach(result: Replayed) -> tuple[int, int]:
-    """Until when both agree, and in how much they differ then, the less the more."""
+    """Return how long both sides agree, and how little they differ then; larger is better."""
     first_us = result.first_us
     if first_us is None:
         return _NEVER, 0
@@ -309,7 +308,7 @@ def _reach(result: Replayed) -> tuple[int, int]:
 
 
 def _words(one: Difference) -> int:
-    """In how many words both sides differ."""
+    """Return the number of words in which both sides differ."""
     apart = one.recorded ^ one.virtual
     return sum(apart >> 16 * k & 0xFFFF > 0 for k in range(-(-apart.bit_length() // 16)))
 
@@ -327,7 +326,7 @@ def _answer(here: Replayed, first: Difference, recorded: bytes) -> bytes:
 
 
 def _spread_us(drawn: Sequence[Drawn]) -> int:
-    """By how much the delays of one kind differ, all kinds together."""
+    """Return the sum of the differences between delays of one kind, over all kinds."""
     kinds: dict[str, list[int]] = {}
     for one in drawn:
         if one.seen:

@@ -17,12 +17,12 @@ from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT
 
 __all__ = ["DESCRIBED", "KNOBS", "Seen", "has_few_values", "seen_at", "values"]
 
-#: Keys that say what a robot is and has, not what the manual leaves open: the user's to give.
+#: Keys that describe a robot, which the user must give; the manual does not leave them open.
 DESCRIBED = (*STORED, "robot", "axes", "programs", "work_areas", "real_time_items", "size")
-#: An alarm and a number that nothing else is.
+#: A number of an alarm that no key has otherwise.
 _SOME_ALARM = "98.765"
 _KINDS = {entry.name: str(entry.type) for entry in fields(RobotConfig)}
-#: The keys that can be found: all but delays, which are measured, and what is described.
+#: The keys that can be fitted: all but delays, which are measured, and descriptions.
 KNOBS = tuple(name for name in _KINDS if name not in (*DESCRIBED, *DELAYS))
 _NUMBERS: dict[str, tuple[float, ...]] = {
     "auto_speed": (100, 50, 10, 1),
@@ -53,10 +53,10 @@ class Seen:
     """The suggestion of one place in a recording.
 
     Attributes:
-        alarms: Numbers of alarms that it shows.
-        numbers: Pairs of what the virtual controller answers and what the recording does.
-        rows: The same for answers that are several numbers.
-        clock: Date and time that the recording answers, as the key `clock` gives it.
+        alarms: Numbers of the alarms in the recording.
+        numbers: Pairs of numbers: the virtual controller's answer and the recorded one.
+        rows: The same for answers with several numbers.
+        clock: Date and time of the recorded answers, as a value of the key `clock`.
     """
 
     alarms: frozenset[str] = frozenset()
@@ -68,12 +68,8 @@ class Seen:
 def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -> Seen:
     """Return the values that the answers at a time suggest.
 
-    Args:
-        t_us: The time.
-        si: The area to the controller: which command was asked.
-        recorded: The area from it in the recording.
-        virtual: The one of the virtual controller.
-        clock: What its key `clock` says.
+    `si` shows which command was requested; `recorded` and `virtual` are the areas of both sides at
+    that time, and `clock` is the value of the key `clock`.
     """
     words, other = _words(recorded), _words(virtual)
     if words[0] == ABNORMAL_END:
@@ -132,12 +128,8 @@ def values(
 ) -> list[Any]:
     """Return the values to try instead of the current value.
 
-    Args:
-        key: One of KNOBS.
-        current: Its value.
-        seen: What the recording suggests.
-        raised: Alarms that were raised.
-        asked: What the PLC sent, by dedicated input.
+    `key` is a member of KNOBS. `seen` are the values that the recording suggests, `raised` the
+    alarms in it, and `asked` the requests of the PLC by dedicated input.
     """
     found: list[Any] = []
     for one in _values(key, current, seen, raised, asked):
@@ -147,7 +139,7 @@ def values(
 
 
 def has_few_values(key: str) -> bool:
-    """Is it true or false, or one of few words?"""
+    """Return whether the key is a truth value or a choice of a few words."""
     return key in CHOICES or _KINDS[key] == "bool"
 
 
@@ -189,7 +181,7 @@ def _values(
 
 
 def _intervals(asked: Mapping[str, Timeline]) -> Iterator[float]:
-    """Every time between two changes that decides something: the interval is longer, or is not."""
+    """Yield intervals that decide whether two changes of inputs were both recognised."""
     times = sorted({t_us for name in INPUTS for t_us in asked[name].times})
     gaps = {
         -(-(later - earlier) // CYCLE_US) * CYCLE_US

@@ -28,16 +28,14 @@ class Recording:
     """One controller's part of a recording; all times in microseconds from its beginning.
 
     Attributes:
-        size: Bytes of its areas.
-        inputs: Every change of the area to the controller: when, and the area; None where it had
-            no connection.
-        outputs: Every change of the area from it.
-        times: When the controller's cycles were, where the recording knows; else empty.
-        end_us: The end.
-        tolerance_us: By so much later or earlier an answer may be seen without being another one.
-        from_power_on: It begins with the controller's power-on.
-        trouble: The file is damaged: the recording ends before that.
-        missing: So many packets are missing: lost on the way, or not captured as a whole.
+        inputs: Changes of the area to the controller, with their times; None while there was no
+            connection.
+        outputs: Changes of the area from the controller, with their times.
+        times: Times of the controller's cycles, if the recording has them; else empty.
+        tolerance_us: Answers whose times differ by at most this much count as equal.
+        from_power_on: The recording begins at the power-on of the controller.
+        trouble: Damage of the file, at which the recording ends.
+        missing: Number of packets that were lost or captured only in part.
     """
 
     size: int
@@ -52,7 +50,7 @@ class Recording:
 
     @property
     def begin_us(self) -> int:
-        """Where the comparison begins: with the recording, or where no command is under way."""
+        """Return the time at which the comparison begins; no command is under way then."""
         if self.from_power_on:
             return min(self.inputs[0][0], self.outputs[0][0])
         si: bytes | None = None
@@ -69,7 +67,7 @@ class Recording:
         )
 
     def cycles(self) -> Sequence[int]:
-        """When the controller's cycles are, from `begin_us` to the end: as known, or every 5 ms."""
+        """Return the times of the cycles from `begin_us` on: as recorded, or every 5 ms."""
         begin_us = self.begin_us
         if self.times:
             return [t_us for t_us in self.times if t_us >= begin_us]
@@ -85,15 +83,13 @@ def load(
 ) -> Recording:
     """Read the recording of one controller.
 
-    Args:
-        path: A capture, or a trace of `rcx serve`, `run`, `scan`, `judge` or `probe`.
-        hosts: The controller's address, where a capture has several.
-        sizes: Which sizes its areas may have.
-        port: TCP port of explicit messages.
-        progress: Is called with the share that has been read.
+    The file is a capture, or a trace of `rcx serve`, `run`, `scan`, `judge` or `probe`. `hosts` has
+    the controller's address if a capture has several controllers, `sizes` the allowed sizes of its
+    areas, and `port` is the TCP port of explicit messages. `progress` is called with the share of
+    the file that has been read.
 
     Raises:
-        InputError: it cannot be read, has nothing of a controller in it, or of several ones.
+        InputError: the file cannot be read, or it does not contain exactly one controller.
     """
     if is_capture(path):
         return _of_capture(path, hosts, sizes, port, progress)
@@ -120,13 +116,9 @@ def of_cycles(
 ) -> Recording:
     """Return an exact recording of the controller's own cycles.
 
-    Args:
-        cycles: When, the area that it took (None without a connection), the area that it gave.
-        every: All cycles are there; else those in which something was another.
-        from_power_on: The first one is the first after power-on.
-
-    Raises:
-        InputError: there are none, or of different sizes.
+    `cycles` has for each cycle the time, the area that the controller took (None without a
+    connection) and the area that it gave. `every` is False if only changed cycles are recorded;
+    `from_power_on` means that the first cycle is the first one after power-on.
     """
     if not cycles:
         raise InputError("there is no cycle of a controller in it")
@@ -146,7 +138,7 @@ def of_cycles(
 
 
 def _changes(values: Sequence[tuple[int, bytes | None]]) -> list[tuple[int, bytes]]:
-    """Those that are not what was before."""
+    """Return the entries that differ from the one before."""
     kept: list[tuple[int, bytes | None]] = []
     for t_us, value in values:
         if not kept or value != kept[-1][1]:
@@ -155,7 +147,7 @@ def _changes(values: Sequence[tuple[int, bytes | None]]) -> list[tuple[int, byte
 
 
 def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Recording:
-    """Of packets or looks: the controller's cycles are not known."""
+    """Return a recording of packets or looks, without the times of the controller's cycles."""
     driven = [one for one in samples if one.so and one.si]
     if not driven:
         text = "nothing in it says what the PLC sent and what the controller answered"

@@ -1,4 +1,4 @@
-"""The virtual controller with what the PLC sent: what it answers, beside the recording."""
+"""The replay of a recording: the virtual controller with the recorded input of the PLC."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from rcx_harness.spec.wire import CYCLE_US, DEDICATED_AT, RESERVED_AT, SIZE
 
 __all__ = ["Happening", "Replay", "Replayed", "watched"]
 
-#: What raises SO(03) where a recording begins with an alarm that has no name in it.
+#: Alarm that raises SO(03) if a recording begins with an alarm whose number it does not show.
 _UNKNOWN_ALARM = "99.999"
-#: So long the virtual controller runs with the first image before a recording that begins later.
+#: Cycles of the virtual controller with the first image before a recording that begins later.
 _SETTLE_CYCLES = 200
 _READ = "read by the controller"
 _KEYS = frozenset(entry.name for entry in fields(RobotConfig))
@@ -45,12 +45,11 @@ class Replayed:
     """The result of a replay.
 
     Attributes:
-        outputs: Every change of the area that the virtual controller gave.
-        differences: Where the recording has something else, without those that were expected.
-        drawn: The delays.
-        until_us: It was stopped here, at its first difference, or came to the end.
-        read: The keys of the configuration that had any influence, where this was watched.
-        alarms: The numbers of all alarms that were raised.
+        outputs: Changes of the area from the virtual controller, with their times.
+        differences: Differences from the recording that were not expected.
+        until_us: Time of the first difference, or of the end.
+        read: Keys of the configuration that had an influence, if this was observed.
+        alarms: Numbers of all alarms that were raised.
     """
 
     outputs: Sequence[tuple[int, bytes]]
@@ -62,7 +61,7 @@ class Replayed:
 
     @property
     def first_us(self) -> int | None:
-        """When the first difference is; None if there is none."""
+        """Return the time of the first difference; None if there is none."""
         return self.differences[0].begin_us if self.differences else None
 
 
@@ -84,8 +83,7 @@ class Replay:
     """A recording, to be replayed with one configuration after the other.
 
     Args:
-        recording: It.
-        happenings: What befell the controller besides.
+        happenings: Other events at the controller.
     """
 
     def __init__(self, recording: Recording, happenings: Sequence[Happening] = ()) -> None:
@@ -107,11 +105,9 @@ class Replay:
     ) -> Replayed:
         """Replay with a configuration.
 
-        Args:
-            config: It.
-            free: Delays that are what the recording shows, whatever the configuration says.
-            expected: Differences that are known already; the channel and the beginning count.
-            to_first: Stop at the first difference, where times are exact.
+        The delays in `free` follow the recording, whatever the configuration has. Differences with
+        the channel and the beginning of one in `expected` are ignored. With `to_first` the replay
+        ends at the first difference if the recording has exact times.
         """
         vars(config).pop(_READ, None)
         controller = Controller(config)
@@ -168,7 +164,7 @@ class Replay:
         return sorted(every, key=lambda one: (one.begin_us, order.index(one.channel)))
 
     def _begin(self, controller: Controller) -> None:
-        """Bring it to the state that the recording begins with, as far as that shows it."""
+        """Bring the controller to the initial state of the recording, as far as it is visible."""
         begin_us = self.span[0]
         si = next((one for t_us, one in reversed(self.recording.inputs) if t_us <= begin_us), None)
         so = bytearray(self.recording.size)
@@ -211,7 +207,7 @@ class Replay:
 
 
 class _Watch:
-    """Sees the first cycle that differs from an exact recording."""
+    """Watches for the first cycle that differs from an exact recording."""
 
     def __init__(self, replay: Replay, known: set[tuple[str, int]]) -> None:
         self._outputs = replay.recording.outputs

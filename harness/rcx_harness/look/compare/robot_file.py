@@ -1,4 +1,4 @@
-"""A robot file with what a fit has found, on top of the one that it began with."""
+"""A robot file with the results of a fit, based on the file with which the fit began."""
 
 from __future__ import annotations
 
@@ -20,13 +20,8 @@ __all__ = ["robot_file"]
 def robot_file(fit: Fit, base: Path | None, of: str) -> str:
     """Return the text of the robot file.
 
-    Args:
-        fit: What was found.
-        base: The robot file with which the search began; its tables are taken over as they are.
-        of: The recording's name.
-
-    Raises:
-        InputError: the keys in `base` stand in lines that cannot be replaced one by one.
+    `base` is the robot file with which the search began; its tables are copied. `of` names the
+    recording.
     """
     old = toml_text(base) if base is not None else ""
     before = RobotConfig.load(base) if base is not None else RobotConfig()

@@ -23,7 +23,7 @@ from structured_text.output.units import format_us, format_word
 __all__ = ["as_json", "chart", "fit_lines", "lines", "rules_of"]
 
 _MOST = 20
-#: Rules that bear on each signal; on status and response also those of the command's section.
+#: Rules about each signal; for status and response also those of the command's section.
 _OF_SIGNAL = {
     "SO00": ("emergency-stop", "emergency-release", "emergency-terminal", "link-lost", "answers"),
     "SO01": ("cpu-ok", "boot"),
@@ -48,9 +48,7 @@ _TITLES = {one.short: f"{one.signal} {one.title}" for one in signals().output}
 def rules_of(channel: str, code: int) -> tuple[Rule, ...]:
     """Return the rules that affect a difference: of its signal and of the current command.
 
-    Args:
-        channel: Its name.
-        code: Of the command under way, 0 without one.
+    `code` is that of the current command; 0 without one.
     """
     usual = _WORDS if channel.startswith("SOW") else _PORTS
     names = set(_OF_SIGNAL.get(channel, usual))

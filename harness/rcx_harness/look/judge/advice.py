@@ -19,10 +19,7 @@ _AREAS = " or ".join(map(str, AREA_SIZES))
 def advice(network: Network, hosts: Collection[bytes], sizes: Collection[int]) -> str:
     """Return what to do.
 
-    Args:
-        network: What is in the capture.
-        hosts: The controllers that were named with --controller.
-        sizes: The sizes of areas that were looked for.
+    `hosts` are the controllers named with --controller, `sizes` the sizes of areas that were tried.
     """
     if not network.cyclic:
         return "capture TCP port 44818 and UDP port 2222 at a mirror port, or with rcx record"

@@ -1,6 +1,6 @@
-"""Capture files as UDP datagrams and TCP segments, read as they go by libpcap (package cypcap).
+"""Capture files as UDP datagrams and TCP segments, read step by step by libpcap (package cypcap).
 
-Under the IP header stand Ethernet with VLAN tags, Linux's cooked headers, the loopback's, or
+Before the IP header come Ethernet with VLAN tags, Linux's cooked headers, that of the loopback, or
 nothing; the names of the link types are those of the registry at tcpdump.org.
 """
 
@@ -18,7 +18,7 @@ from structured_text.output.reading import check_file
 
 __all__ = ["ENDINGS", "Capture", "Packet", "host_text"]
 
-#: How the names of captures end.
+#: Endings of the names of captures.
 ENDINGS = (".pcapng", ".pcap", ".cap", ".ntar")
 
 _IP, _IPV6 = 0x0800, 0x86DD
@@ -64,20 +64,19 @@ class Packet(NamedTuple):
 class Capture:
     """The packets of a capture file, one by one.
 
-    Args:
-        path: A file that libpcap reads: pcapng or pcap.
-
     Attributes:
-        packets: How many there were so far, of any kind.
-        others: What cannot be read here, and how often: `IPv6`, `IP fragments` ...
-        begin_us: Time of the first packet, microseconds since 1970; the others count from it.
-        last_us: Time of the latest packet from there.
-        damage: What is wrong with the file behind the last packet; empty where nothing is.
-        read_bytes: So much of the file has been read, about.
+        packets: Number of packets so far, of any kind.
+        others: Kinds of packets that cannot be evaluated (`IPv6`, `IP fragments` ...), with their
+            numbers.
+        begin_us: Time of the first packet, in microseconds since 1970. The other times count from
+            it.
+        last_us: Time of the latest packet.
+        damage: Damage of the file after the last packet; empty without any.
+        read_bytes: Approximate number of bytes read so far.
 
     Raises:
-        InputError: not there, not readable, no capture, a link type that is not known here, or
-            the reader is not installed.
+        InputError: the file does not exist, cannot be read, is not a capture or has an unknown link
+            type, or the package that reads captures is not installed.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -86,7 +85,7 @@ class Capture:
         if not os.path.lexists(self._path):
             raise InputError("there is no such file", file=path)
         check_file(path)
-        # Microseconds: the package reads the nanoseconds of the other precision as these.
+        # Request microseconds: with nanosecond precision the package returns them as microseconds.
         precision = self._library.TstampPrecision.MICRO
         try:
             self._file: Any = self._library.open_offline(self._path, precision)
@@ -105,7 +104,7 @@ class Capture:
         self.damage = ""
 
     def __iter__(self) -> Iterator[Packet]:
-        """All UDP datagrams and TCP segments; the file is closed at its end."""
+        """Yield all UDP datagrams and TCP segments; close the file at its end."""
         with self._file:
             try:
                 for header, data in self._file:
@@ -126,7 +125,7 @@ class Capture:
                 self.damage = str(error.args[-1])
 
     def _damage(self, t_us: int, length: int, kept: int) -> str:
-        """Return what shows that a packet is none, though libpcap can read it; else nothing."""
+        """Return the reason why a packet that libpcap can read is damaged; else empty."""
         if not length:
             return "a packet of 0 bytes follows"
         if length < kept:
@@ -140,8 +139,7 @@ class Capture:
     def trouble(self, what: str = "judged") -> InputError | None:
         """Return the error of a file that is damaged, once it has been read; else None.
 
-        Args:
-            what: What was done with the packets before the damage.
+        `what` says what was done with the packets before the damage.
         """
         if not self.damage:
             return None
@@ -212,11 +210,7 @@ def host_text(address: bytes) -> str:
 
 
 def _library() -> Any:
-    """Return the package cypcap.
-
-    Raises:
-        InputError: it is not installed, or libpcap (on Windows Npcap) is not.
-    """
+    """Return the package cypcap."""
     try:
         import cypcap
     except ModuleNotFoundError:

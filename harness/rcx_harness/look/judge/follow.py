@@ -1,4 +1,4 @@
-"""One controller in a recording: its signals and commands in words, how fast it answers, rules."""
+"""One controller in a recording: signals and commands in words, response times, broken rules."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["ANSWERS", "Follower", "ordered"]
 _DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
 _DATA = slice(2, DEDICATED_AT)
 _WORDS = 16
-#: Dedicated inputs and the outputs that answer them (manual chapter 5, 2 and 3): which, to where.
+#: Dedicated inputs and the outputs that answer them, with their levels (manual chapter 5, 2 and 3).
 ANSWERS = (
     ("SI00", 0, "SO00", 1),
     ("SI00", 0, "SO02", 0),
@@ -46,18 +46,18 @@ class Follower:
     """Takes the samples of one controller.
 
     Args:
-        size: Bytes of its areas.
-        tell: Takes the time and one line of what happens.
-        report: Takes each broken rule.
-        at: What a sample's number counts: packet, scan or cycle.
-        tolerance_us: By so much two changes may be nearer than 100 ms.
+        tell: Called with the time and a line for each event.
+        report: Called with each broken rule.
+        at: Name of a sample: packet, scan or cycle.
+        tolerance_us: Two changes may be this much closer than 100 ms.
 
     Attributes:
-        times: Response times by what was answered.
-        commands: Remote commands that went out.
-        gaps: How often an area was another behind missing packets: no rule was judged across them.
-        together: How often new data came with their code. The scan in between may have had no
-            packet of its own: it cannot be said whether the program wrote the data first.
+        times: Response times by the name of the answer.
+        commands: Number of remote commands that were sent.
+        gaps: How often an area had changed after missing packets. No rule is judged across such a
+            gap.
+        together: How often new data came in one packet with their code. The scan between them may
+            have had no packet of its own, so the order in the program is unknown.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class Follower:
         return self.times.setdefault(what, Times())
 
     def _forget(self) -> None:
-        """Nothing is known of what happened meanwhile."""
+        """Discard all pending measurements, because the recording has a gap."""
         self._fresh = True
         self._asked.clear()
         self._code_us = self._run_us = self._reset_us = None
@@ -214,7 +214,7 @@ class Follower:
 
 
 def ordered(times: dict[str, Times]) -> Iterator[tuple[str, Times]]:
-    """Dedicated answers by signal, all commands, then command by command."""
+    """Yield the times: dedicated answers by signal, all commands, then each command."""
     names = [_answer_name(number) for number in range(len(ANSWERS))]
     rank = {name: number for number, name in enumerate(names)}
     every = len(rank)
@@ -227,7 +227,7 @@ def ordered(times: dict[str, Times]) -> Iterator[tuple[str, Times]]:
 
 
 def _with_data(before: bytes, si: bytes) -> bool:
-    """Has a code come together with new data?"""
+    """Return whether a code arrived together with new data."""
     return not word(before, 0) and bool(word(si, 0)) and si[_DATA] != before[_DATA]
 
 

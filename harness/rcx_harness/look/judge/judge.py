@@ -1,4 +1,4 @@
-"""A recording, from its file to the verdict (`rcx judge`)."""
+"""The judgement of a recording (`rcx judge`)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MOST_KEPT = 1_000
 REPORT_EVERY = 20_000
 _CAPTURES = ("0a0d0d0a", "a1b2c3d4", "d4c3b2a1", "a1b23c4d", "4d3cb2a1")  # how files begin
 _TRACE, _PACKED = "7b", "1f8b"
-#: Traces of these have not the findings of both sides in them.
+#: Commands whose traces do not contain the findings of both sides.
 _UNJUDGED = ("rcx scan", "rcx serve")
 
 
@@ -36,14 +36,12 @@ class JudgeOptions:
     """The options of `rcx judge`.
 
     Attributes:
-        file: A capture or a trace.
-        hosts: Addresses of the controllers, four bytes each; none: the Forward Opens say it.
-        sizes: Which sizes their areas may have.
-        port: TCP port of explicit messages.
-        tolerance_us: By so much two changes of dedicated inputs may be nearer than 100 ms.
-        from_us: Events and chart begin here.
-        until_us: They end here; None for the end of the file.
-        trace: Where to write what was followed as a trace; None for nowhere.
+        hosts: Addresses of the controllers, four bytes each; empty: as the Forward Opens say.
+        sizes: Allowed sizes of their areas.
+        tolerance_us: Two changes of dedicated inputs may be this much closer than 100 ms.
+        from_us: Time at which events and chart begin.
+        until_us: Time at which they end; None: the end of the file.
+        trace: File for a trace of all samples; None: no file.
     """
 
     file: Path
@@ -61,15 +59,14 @@ class Judgement:
     """The result of `rcx judge`.
 
     Attributes:
-        file: The recording.
-        followers: By the controllers' numbers.
-        network: Who was connected; None for a trace.
-        capture: The file; None for a trace.
+        followers: Results by the number of the controller.
+        network: The connections; None for a trace.
+        capture: The capture; None for a trace.
         header: First line of a trace.
-        timeline: For the chart.
-        chart_end_us: From here on there was no more room in the chart; None if there was.
-        findings: Broken rules, the first thousand.
-        count: How many there were in all.
+        timeline: The changes for the chart.
+        chart_end_us: Time after which the chart had no more room; None if it is complete.
+        findings: Broken rules, at most the first thousand.
+        count: Number of all broken rules.
         last_us: Time of the last packet or record.
     """
 
@@ -86,7 +83,7 @@ class Judgement:
 
 
 class _Judge:
-    """Takes all samples of a recording, and gives each to the one who follows its controller."""
+    """Distributes the samples of a recording to the followers of the controllers."""
 
     def __init__(
         self,
@@ -126,11 +123,11 @@ class _Judge:
         self._draw(sample)
 
     def note(self, note: Note) -> None:
-        """Something about a connection."""
+        """Report a note about a connection."""
         self.tell(note.t_us, note.controller, note.text)
 
     def tell(self, t_us: int, controller: int, text: str) -> None:
-        """One line of what happened."""
+        """Report one event as a line."""
         if self._wanted(t_us):
             who = f"{controller}: " if controller > 1 else ""
             self._tell(f"{t_us / 1e6:12.6f} s  {who}{text}")
@@ -145,7 +142,7 @@ class _Judge:
         self.tell(one.t_us, 1, f"** {one.text}")
 
     def add(self, one: Violation) -> None:
-        """Count a broken rule, keep it while there is room, and draw it."""
+        """Count a broken rule, store it if there is room, and draw it."""
         self.result.count += 1
         if len(self.result.findings) < _MOST_KEPT:
             self.result.findings.append(one)
@@ -170,7 +167,7 @@ class _Judge:
         return self._options.from_us <= t_us and (end_us is None or t_us <= end_us)
 
     def _draw(self, sample: Sample) -> None:
-        """Put it into the chart, as long as that has room."""
+        """Add a record to the chart while the chart has room."""
         if not self._wanted(sample.t_us) or self.result.chart_end_us is not None:
             return
         si = sample.si or bytes(len(sample.so))  # nobody sends: nothing is ON
@@ -193,13 +190,8 @@ def judge(
 ) -> Judgement:
     """Read a recording and judge it.
 
-    Args:
-        options: What and how.
-        tell: Takes one line after the other of what happened.
-        progress: Is called with the share of the file that has been read.
-
-    Raises:
-        InputError: the file cannot be read, or has nothing of a controller in it.
+    `tell` is called with each line of the report, `progress` with the share of the file that has
+    been read.
     """
     if is_capture(options.file):
         return _judge_capture(options, tell, progress)
@@ -207,11 +199,7 @@ def judge(
 
 
 def is_capture(file: Path) -> bool:
-    """Is it a capture, or a trace?
-
-    Raises:
-        InputError: it is neither, or cannot be read.
-    """
+    """Return whether the file is a capture; otherwise it is a trace."""
     begin = _beginning(file)
     if begin in _CAPTURES or (not begin and file.suffix.lower() in ENDINGS):
         return True
@@ -223,11 +211,7 @@ def is_capture(file: Path) -> bool:
 
 
 def is_judged(file: Path) -> bool:
-    """Is it a trace that has the findings of both sides in it, as a run writes them?
-
-    Raises:
-        InputError: it cannot be read, or is no recording.
-    """
+    """Return whether a trace already contains the findings of both sides, as a run writes them."""
     begin = _beginning(file)
     if not begin:
         raise InputError("is empty", file=file, hint="nothing was recorded in it")

@@ -49,17 +49,18 @@ _TO_ROBOT = {
 
 
 class Sample(NamedTuple):
-    """The state of a controller and its PLC from a time on.
+    """The state of a controller and its PLC from one time on.
 
     Attributes:
-        t_us: When it was captured.
-        number: Of the packet in the file; of the scan or cycle in a trace.
-        controller: Whose it is, from 1.
+        t_us: Time of the capture.
+        number: Number of the packet in the file, or of the scan or cycle in a trace.
+        controller: Number of the controller, from 1.
         so: The area to the PLC; empty before its first packet.
-        si: The area to the controller; empty where nobody sends one.
-        connected: The PLC drives the controller: connected, and its program runs.
-        whole: No packet is missing right before this one.
-        at_once: Both areas are of one cycle of the controller: who wrote `si` had not read `so`.
+        si: The area to the controller; empty if nothing is sent to it.
+        connected: The PLC is connected, and its program runs.
+        whole: No packet is missing directly before this one.
+        at_once: Both areas belong to one cycle of the controller, so the sender of `si` had not
+            read `so`.
     """
 
     t_us: int
@@ -143,17 +144,15 @@ class Network:
     """Follows the connections of all controllers of a capture.
 
     Args:
-        hosts: Addresses of the controllers, where the Forward Opens shall not say it; none else
-            are followed then.
-        sizes: Which sizes their areas may have.
+        hosts: Addresses of the controllers. If given, the Forward Opens do not select them, and all
+            other controllers are ignored.
+        sizes: Allowed sizes of their areas.
         port: TCP port of explicit messages.
 
     Attributes:
-        robots: The controllers that were found.
         strangers: Packets that are not judged, at most some hundred kinds.
-        cyclic: How many class 1 packets there were in all.
-        streams: The TCP connections.
-        unreadable: Forward Opens that could not be read.
+        cyclic: Number of class 1 packets.
+        unreadable: Number of Forward Opens that could not be decoded.
     """
 
     def __init__(
@@ -219,7 +218,7 @@ class Network:
             changed = robot.so != arrival.data
             robot.so = arrival.data
         if changed or run != robot.run or line.way.silent_us:
-            # Where nothing is another behind a gap, nothing has happened in it, as far as one sees.
+            # If the area is unchanged after a gap, no visible change happened during the gap.
             yield self._sample(packet, robot, not arrival.gap)
 
     def _sample(self, packet: Packet, robot: Robot, whole: bool = True) -> Sample:

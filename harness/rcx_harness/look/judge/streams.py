@@ -1,4 +1,4 @@
-"""Encapsulation frames out of TCP segments as a capture has them: twice, late, or not at all."""
+"""Encapsulation frames from captured TCP segments, which may be repeated, late or missing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FIN, _SYN, _RST = 0x01, 0x02, 0x04
 _COMMANDS = set(Command)
 _NUMBERS = 0xFFFFFFFF
 _HALF = 0x80000000
-#: What is kept at most: directions of connections, segments that came before their turn.
+#: Most stored directions of connections, and most segments that arrived before their turn.
 _MOST_STREAMS, _MOST_WAITING = 512, 32
 _LONGEST = 0xFFFF
 
@@ -26,7 +26,7 @@ class Streams:
     passed over, and so is what follows one that the capture has missed, up to the next frame.
 
     Attributes:
-        gaps: How often segments were missing, and the stream was taken up behind them.
+        gaps: How often segments were missing; the stream continues after them.
     """
 
     def __init__(self) -> None:
@@ -53,11 +53,7 @@ class Streams:
 
 
 class _Stream:
-    """One direction of one connection.
-
-    Args:
-        first: The sequence number that comes next.
-    """
+    """One direction of one connection."""
 
     def __init__(self, first: int) -> None:
         self._next = first
@@ -66,7 +62,7 @@ class _Stream:
         self._waiting: dict[int, bytes] = {}
 
     def take(self, sequence: int, payload: bytes) -> bool:
-        """Take a segment; true where some before it are given up."""
+        """Take a segment; return True if missing segments before it are given up."""
         gap = False
         ahead = (sequence - self._next) & _NUMBERS
         if 0 < ahead < _HALF:
@@ -83,7 +79,7 @@ class _Stream:
         return gap
 
     def frames(self) -> Iterator[Frame]:
-        """Take the whole frames out; what is none is dropped, up to the latest segment."""
+        """Remove and yield the complete frames; other data are dropped up to the latest segment."""
         while (head := decode_header(self._buffer)) is not None:
             frame, length = head
             if frame.command not in _COMMANDS or frame.options or length > _LONGEST:

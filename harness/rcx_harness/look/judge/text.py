@@ -18,7 +18,7 @@ __all__ = ["as_json", "summary"]
 
 _MOST_CONNECTIONS, _MOST_FINDINGS, _MOST_STRANGERS = 10, 20, 10
 _SHARES = {"median": 0.5, "p99": 0.99}
-#: What a way counts besides its packets, and how it is called.
+#: Counters of a `Way` besides its packets, with their names in the text.
 _COUNTS = {
     "lost": "lost",
     "doubled": "doubled",
@@ -31,7 +31,7 @@ _COUNTS = {
 
 
 def summary(result: Judgement) -> Iterator[str]:
-    """All that is told at the end, line by line."""
+    """Yield the lines of the summary at the end."""
     yield from _file_lines(result)
     robots = {one.number: one for one in result.network.robots.values()} if result.network else {}
     for number, follower in sorted(result.followers.items()):

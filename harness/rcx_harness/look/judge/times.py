@@ -7,8 +7,8 @@ from collections import Counter
 
 __all__ = ["Times"]
 
-#: So many times are kept as they are. Of more, only how many fell into each step, whose neighbours
-#: differ by this factor, so that memory does not grow.
+#: Number of times that are stored exactly. Further times are only counted in steps that differ by
+#: this factor, so that the memory is bounded.
 _EXACT, _STEP = 1_000, math.log(1.01)
 
 
@@ -16,9 +16,7 @@ class Times:
     """The times of one kind of answer, in microseconds.
 
     Attributes:
-        count: How many there were.
-        longest_us: The longest.
-        open: How often none came.
+        open: Number of requests without an answer.
     """
 
     def __init__(self) -> None:
@@ -27,7 +25,7 @@ class Times:
         self._steps: Counter[int] = Counter()
 
     def add(self, time_us: int) -> None:
-        """Take one more."""
+        """Add a time."""
         self.count += 1
         self.longest_us = max(self.longest_us, time_us)
         if self.count <= _EXACT:
@@ -36,7 +34,7 @@ class Times:
 
     @property
     def exact(self) -> bool:
-        """Are the percentiles exact? Of more than 1,000 times they are right to half a per cent."""
+        """Return whether percentiles are exact; beyond 1,000 times they are right to 0.5 %."""
         return self.count <= _EXACT
 
     def percentile_us(self, share: float) -> int:

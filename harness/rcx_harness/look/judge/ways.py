@@ -12,15 +12,15 @@ __all__ = ["Arrival", "Way"]
 
 _COUNT = struct.Struct("<H")
 _NUMBERS, _HALF = 0xFFFFFFFF, 0x80000000
-#: So many of the latest sequence numbers are known one by one; of an older one it cannot be said
-#: whether it is late or doubled.
+#: Number of the latest sequence numbers that are stored. An older number cannot be classified as
+#: late or doubled.
 _KNOWN = 64
-#: A jump ahead further than this, or so many old numbers one after the other, is a new beginning.
+#: A larger jump ahead, or this many old numbers in succession, count as a new beginning.
 _FARTHEST, _MOST_OLD = 1_000_000, 8
 
 
 class Arrival(NamedTuple):
-    """A packet that counts: its data, the originator's program runs, packets before it are lost."""
+    """An accepted packet: its data, the run state, and the number of lost packets before it."""
 
     data: bytes
     run: bool
@@ -31,22 +31,20 @@ class Way:
     """Judges the packets of one connection id by their sequence numbers of 32 bits.
 
     Args:
-        size: Bytes of data; None for packets that are counted, whatever is in them.
-        header: There is a run/idle header before them.
-        timeout_us: A longer silence ends the connection; 0 where this is not known.
+        size: Bytes of data; None: packets are counted, whatever their contents.
+        header: A run/idle header precedes the data.
+        timeout_us: A longer silence ends the connection; 0: unknown.
 
     Attributes:
-        packets: Packets of this id.
-        lost: Numbers that never came.
-        doubled: Packets that came before with the same number.
-        late: Packets that came after a newer one; they are not used, as a receiver does.
-        restarts: How often the numbers began anew.
-        cut: Packets that the capture has not kept as a whole.
-        wrong: Packets of another length than was agreed.
-        stale: Packets with other data and the sequence count (16 bits) of the packet before.
+        lost: Number of sequence numbers that never came.
+        doubled: Number of packets that repeat a sequence number.
+        late: Number of packets that came after a newer one. They are ignored, as a receiver does.
+        restarts: How often the sequence numbers started again.
+        cut: Number of packets that the capture holds only in part.
+        wrong: Number of packets of another length than agreed.
+        stale: Number of packets with new data but the sequence count (16 bits) of the packet
+            before.
         longest_us: The longest time between two packets.
-        first_us: Time of the first packet.
-        last_us: Time of the last one.
     """
 
     def __init__(self, size: int | None, header: bool, timeout_us: int = 0) -> None:
@@ -58,7 +56,7 @@ class Way:
         self.first_us: int | None = None
         self.last_us = 0
         self.silent_us = 0
-        """How long nothing came before this packet, if longer than the time-out; else 0."""
+        """Length of the silence before this packet, if longer than the time-out; else 0."""
         self._newest: int | None = None
         self._seen = self._old = 0
         self._count = -1
@@ -67,10 +65,7 @@ class Way:
     def take(self, t_us: int, packet: Packet, cut: bool) -> Arrival | None:
         """Take the next packet; return None if it cannot be used.
 
-        Args:
-            t_us: When it was captured.
-            packet: It.
-            cut: The capture has not kept all of it.
+        `cut` is True if the capture holds only a part of the packet.
         """
         self.packets += 1
         passed_us = 0 if self.first_us is None else t_us - self.last_us
@@ -96,7 +91,7 @@ class Way:
         return Arrival(data, run, missing > 0 or self.silent_us > 0)
 
     def _order(self, number: int) -> int | None:
-        """How many numbers are missing before this one; None if it is not newer than the last."""
+        """Return how many numbers are missing before this one; None if it is not a newer one."""
         newest, self._newest = self._newest, number
         if newest is None:
             self._seen = 1

@@ -29,27 +29,25 @@ _COMMANDS = {
 }
 _TURNS = {1: 1, 15: -1}  # four bits to arm rotation; all other patterns mean 0
 
-#: Takes the share that is done, 0 to 1.
+#: A function that is called with the finished share, 0 to 1.
 Progress = Callable[[float], None]
 
 
 class RefusedError(Exception):
-    """The controller did not do what it was asked to; why, in words."""
+    """The controller did not execute a request; the text gives the reason."""
 
 
 class Carrier:
-    """One connection to a controller, whose master this is while it is open.
+    """A connection to a controller; while it is open, this program is the master.
 
     All dedicated inputs stay OFF, SI(00) among them: the controller is in emergency stop.
 
     Args:
-        line: The way to the controller.
-        undefined: Alarms of a reference that say "not defined".
-        timeout_us: Longest wait for each answer of the controller.
+        undefined: Alarms that mean "not defined" in the answer to a reference.
 
     Raises:
-        NotConnectedError: it does not answer.
-        RefusedError: it is busy with a command.
+        NotConnectedError: the controller does not answer.
+        RefusedError: the controller is executing a command.
     """
 
     def __init__(

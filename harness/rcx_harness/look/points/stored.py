@@ -27,12 +27,12 @@ Key = tuple[str, int, int]
 
 @dataclass
 class Stored:
-    """The data that a controller stores, or that a file has of it.
+    """The stored data of a controller, or a part of them.
 
     Attributes:
-        values: By kind, robot and number: a Point, a text, a Shift, a Hand or a Pallet. What is
-            not defined is not there; a comment that is empty is none.
-        asked: All that was asked for, whether it is defined or not.
+        values: Values by kind, robot and number: a Point, a text, a Shift, a Hand or a Pallet.
+            Undefined data and empty comments have no entry.
+        asked: All requested keys, defined or not.
     """
 
     values: dict[Key, Any] = field(default_factory=dict)
@@ -61,9 +61,7 @@ def without_foreign(stored: Stored) -> tuple[Stored, list[int]]:
 def as_toml(stored: Stored, head: Iterable[str]) -> str:
     """Return the tables of a robot file; mm have three decimals, as in the controller.
 
-    Args:
-        stored: What is written.
-        head: Lines of a comment at the beginning.
+    `head` is a comment at the beginning.
     """
     lines = [f"# {line}" for line in head]
     for (_, number), point in sorted(stored.of("points").items()):
@@ -83,7 +81,7 @@ def as_toml(stored: Stored, head: Iterable[str]) -> str:
 
 
 def as_csv(stored: Stored) -> str:
-    """One line for each point or comment, in the controller's units."""
+    """Return CSV text with a line for each point or comment, in the controller's units."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(_COLUMNS)
@@ -100,11 +98,7 @@ def as_csv(stored: Stored) -> str:
 
 
 def from_toml(file: Path) -> Stored:
-    """Return the stored data of a file of `rcx points`, or of a robot file.
-
-    Raises:
-        InputError: it cannot be read, or has none.
-    """
+    """Return the stored data of a file of `rcx points`, or of a robot file."""
     there = [kind for kind in KINDS if kind in load_toml(file)]
     if not there:
         hint = "write one with rcx points backup"

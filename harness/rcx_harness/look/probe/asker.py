@@ -21,12 +21,12 @@ __all__ = ["Answer", "Asker", "History", "NoAnswerError", "telegram"]
 _INTERVAL_US = 130_000
 _PATIENCE_US = 3_000_000
 _SETTLED_US = 300_000
-#: What is written has gone out with the second packet from now on: the first may be made already.
+#: Written data are sent with the second packet at the latest: the first may be prepared already.
 _PACKETS = 2
 _DEFAULTS = RobotConfig()
 _BITS = {one.short: (one.byte, 1 << one.bit) for one in (*signals().input, *signals().output)}
 _MOST_MESSAGES = 500
-#: So many messages at each end are looked at.
+#: Number of messages that are compared at each end of the history.
 _END = 6
 
 
@@ -35,14 +35,13 @@ class Answer:
     """The end of a remote command.
 
     Attributes:
-        status: 0x0200 or 0x4000.
         words: The 16 words from m on.
-        fields: Of a normal end, by name.
-        alarm: Of an abnormal end, as `"12.600"`; else empty.
-        ran: 0x0100 was seen.
-        accepted_us: From the code to the first status, without the way.
-        ended_us: From there to the end.
-        reset_us: From the status reset to the ready status, without the way.
+        fields: Fields of a normal end, by name.
+        alarm: Alarm of an abnormal end, as `"12.600"`; else empty.
+        ran: Whether 0x0100 was seen.
+        accepted_us: Time from the code to the first status, without transmission times.
+        ended_us: Time from there to the end.
+        reset_us: Time from the status reset to the ready status, without transmission times.
     """
 
     status: int
@@ -64,7 +63,7 @@ class History:
     tail: tuple[str, ...]
 
     def new_since(self, before: History) -> set[str]:
-        """Which alarms came since then, at whichever end new ones are put."""
+        """Return the alarms since then, whether new ones come first or last."""
         grown = min(self.count - before.count, _END)
         if self.head[: len(before.head)] == before.head and grown > 0:
             return set(self.tail[-grown:])
@@ -73,11 +72,10 @@ class History:
         return (set(self.head) - set(before.head)) | (set(self.tail) - set(before.tail))
 
     def newest_first(self, before: History, latest: str) -> bool | None:
-        """Are new ones put before the others? None where that cannot be seen.
+        """Return whether new alarms come before the older ones.
 
-        Args:
-            before: The history before some alarms came.
-            latest: The last one of these.
+        Return None if the order cannot be seen. `before` is the history before some alarms came,
+        `latest` the last of these alarms.
         """
         ends = (self.head[:1] == (latest,), self.tail[-1:] == (latest,))
         if ends[0] != ends[1]:
@@ -88,21 +86,15 @@ class History:
 
 
 class NoAnswerError(SkipError):
-    """A remote command was not begun, has not ended, or its status was not reset; in words."""
+    """A remote command did not begin or end, or its status was not reset."""
 
 
 class Asker:
-    """One connection, and what was found over it.
+    """A connection to a controller, with the findings of all questions.
 
     Args:
-        line: The way to the controller.
-        person: Asks the person to do something; False if they will not.
-        trace: Takes every change of an area: the evidence.
-        patience_us: Longest wait for each answer to a remote command.
-
-    Attributes:
-        line: The way to the controller.
-        findings: What was found, of all questions.
+        person: Asks the person to do something; returns False if the person declines.
+        trace: Records every change of an area, as evidence.
     """
 
     def __init__(
@@ -125,7 +117,7 @@ class Asker:
     # What was found.
 
     def begin(self, decides: Mapping[str, tuple[str, ...]]) -> None:
-        """From now on what is found is about these rules and their knobs."""
+        """Assign all further findings to these rules and their keys."""
         self._decides = decides
 
     def knob(self, name: str, *values: Any, text: str) -> None:
@@ -165,20 +157,20 @@ class Asker:
 
     @property
     def words(self) -> tuple[int, ...]:
-        """Words m to m+30."""
+        """Return the words m to m+30."""
         return input_words(self._so)
 
     @property
     def status(self) -> int:
-        """The remote status."""
+        """Return the remote status."""
         return self.words[0]
 
     def byte(self, at: int) -> int:
-        """Byte m+`at`."""
+        """Return byte m+`at`."""
         return self._so[at]
 
     def turn(self, name: str, on: bool, *, after_us: int = _INTERVAL_US) -> None:
-        """Change a dedicated input, so long after the last change at least."""
+        """Change a dedicated input, at least `after_us` after the last change."""
         at, mask = _BITS[name]
         if bool(self._si[at] & mask) == on:
             return
@@ -188,32 +180,32 @@ class Asker:
         self._write()
 
     def pulse(self, name: str) -> None:
-        """ON, then OFF, and time for what it does."""
+        """Turn an input ON and OFF again, and wait for its effect."""
         self.turn(name, True)
         self.wait(_INTERVAL_US)
         self.turn(name, False)
         self.wait(_INTERVAL_US)
 
     def send(self, words: tuple[int, ...]) -> None:
-        """Words n to n+30, at once."""
+        """Send the words n to n+30 in one packet."""
         for k, word in enumerate(words):
             self._si[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
         self._write()
 
     def idle(self, on: bool) -> None:
-        """Send the idle header, as a PLC whose program stands still."""
+        """Send the idle header, as a PLC in STOP does."""
         self._run = not on
         self._write()
 
     def wait(self, us: int) -> None:
-        """Let time pass, and note what changes."""
+        """Let time pass, and record all changes."""
         end_us = self.line.now_us + us
         while self.line.now_us < end_us:
             self.line.wait(min(self.line.step_us, end_us - self.line.now_us))
             self._look()
 
     def until(self, seen: Callable[[], bool], within_us: int = _PATIENCE_US) -> int | None:
-        """Wait until something is seen; how long that took [us], None if it did not come."""
+        """Wait for a condition; return the elapsed time [us], or None if it did not come true."""
         begin_us = self.line.now_us
         while not seen():
             if self.line.now_us - begin_us >= within_us:
@@ -225,12 +217,11 @@ class Asker:
     def person(self, text: str, event: str = "") -> None:
         """Let the person do something at the cell.
 
-        Args:
-            text: What.
-            event: Its name among the events of a virtual controller, for a rehearsal.
+        `text` is the request to the person. `event` is the event of a virtual controller that does
+        the same in a rehearsal.
 
         Raises:
-            SkipError: they will not.
+            SkipError: the person declines.
         """
         self.needs_person(text, event)
         self.wait(_SETTLED_US)
@@ -255,11 +246,7 @@ class Asker:
         self.wait(_SETTLED_US)
 
     def open_within(self, us: int) -> None:
-        """Connect as soon as the controller answers.
-
-        Raises:
-            LostError: it does not.
-        """
+        """Connect as soon as the controller answers."""
         end_us = self.line.now_us + us
         while True:
             try:
@@ -277,7 +264,7 @@ class Asker:
         self.line.wait(us)
 
     def rest(self) -> None:
-        """All inputs OFF, no command: as every question begins and ends."""
+        """Switch all inputs OFF and end the command, as every question begins and ends."""
         if self._si[0] or self._si[1]:
             self.send((0,) * 16)
         self._run = True
@@ -295,13 +282,13 @@ class Asker:
     # Commands.
 
     def command(self, name: str, robot: int = 0, **fields: FieldValue) -> Answer:
-        """One remote command by its name; see `telegram`."""
+        """Execute a remote command by its name; see `telegram`."""
         return self.telegram(telegram(name, robot, **fields))
 
     def telegram(self, words: tuple[int, ...]) -> Answer:
-        """One remote command by its words, from the ready status to the next one.
+        """Execute a remote command by its words, from one ready status to the next.
 
-        The data are with the controller before the code goes out (guide 2, steps 1 and 2).
+        The data reach the controller before the code is sent (guide 2, steps 1 and 2).
 
         Raises:
             NoAnswerError: it does not show the ready status before, or no end, or not the ready
@@ -344,14 +331,14 @@ class Asker:
         return us
 
     def _deliver(self) -> None:
-        """Wait until the controller has what is written, at whatever interval packets go out."""
+        """Wait until packets with the written data have been sent."""
         last = self.line.sent + _PACKETS
         if self.until(lambda: self.line.sent >= last) is None:
             raise LostError("no packets go out any more")
         self.wait(2 * CYCLE_US)
 
     def needs(self, held: bool, text: str) -> None:
-        """Raise SkipError with the reason where something does not hold."""
+        """Raise SkipError with the text as its reason unless the condition holds."""
         if not held:
             raise SkipError(text)
 

@@ -1,4 +1,4 @@
-"""All questions, from the one that risks least to the one that risks most."""
+"""All questions, in the order of their risk."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _MODULES = (reading, signals, handshake, data, person, motion)
 
 
 def questions() -> list[Question]:
-    """All questions by risk; within it those without a hand at the cell first."""
+    """Return all questions by risk; those that need no person at the cell come first."""
     every = [
         one for module in _MODULES for one in vars(module).values() if isinstance(one, Question)
     ]

@@ -17,12 +17,12 @@ class Finding:
     """The meaning of an answer.
 
     Attributes:
-        rule: Which rule it is about.
-        knob: Which key of it; empty where the rule has none.
-        values: What the controller may have there; (least, most) of a number where `between`.
-        expected: What is assumed.
+        rule: The name of the rule.
+        knob: The key of the rule; empty if the rule has none.
+        values: Possible values at the controller; (least, most) if `between`.
+        expected: The assumed value.
         text: The evidence, in words.
-        between: It lies between the two values, and is not the first.
+        between: The value lies between the two values, and is not the first.
     """
 
     rule: str
@@ -34,7 +34,7 @@ class Finding:
 
     @property
     def verdict(self) -> str:
-        """`confirmed`, `refuted`, or `open` where what is assumed is one of several."""
+        """Return `confirmed`, `refuted`, or `open` if several values are possible."""
         if self.between:
             low, high = self.values
             return "confirmed" if low < self.expected <= high else "refuted"

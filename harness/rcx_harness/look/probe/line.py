@@ -1,4 +1,4 @@
-"""The way to the controller: what a probe writes, what it reads, and how time passes."""
+"""The connection to the controller: writing, reading, and the passing of time."""
 
 from __future__ import annotations
 
@@ -14,23 +14,21 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["Line", "LostError", "NetworkLine", "NotConnectedError"]
 
-#: What is written holds for so long, unless it is written again: nobody drives the robot if the
-#: probe hangs.
+#: Written data are valid for this time unless they are written again, so that the robot stops if
+#: the probe hangs.
 _LEASE_US = 1_000_000
 _LOOK_US = 1_000
 _FIRST_US = 5_000_000
 
 
 class LostError(Exception):
-    """The connection is gone, and it was not the probe that ended it."""
+    """The connection has ended, and not because of the probe."""
 
 
 class NotConnectedError(LostError):
-    """There is no connection yet that could be gone.
+    """The connection could not be opened.
 
-    Args:
-        text: Why, in words.
-        hint: What to do about it.
+    `text` gives the reason, `hint` the remedy.
     """
 
     def __init__(self, text: str, hint: str = "") -> None:
@@ -39,13 +37,12 @@ class NotConnectedError(LostError):
 
 
 class Line(Protocol):
-    """A controller as a probe reaches it.
+    """The connection to a controller, as the probe uses it.
 
     Attributes:
-        size: Bytes of its areas.
-        step_us: It is worth while to look again after so long.
-        tolerance_us: By so much a time that is measured may be too long.
-        identity: Who the controller says it is, line by line.
+        step_us: Shortest useful time between two reads.
+        tolerance_us: A measured time may be too long by this much.
+        identity: Identity of the controller, line by line.
     """
 
     size: int
@@ -55,11 +52,11 @@ class Line(Protocol):
 
     @property
     def now_us(self) -> int:
-        """The time, from the beginning."""
+        """Return the time since the beginning."""
 
     @property
     def sent(self) -> int:
-        """How many packets have gone out; each has what was written when it was made."""
+        """Return the number of sent packets; each has the data at the time it was prepared."""
 
     def open(self, first: bytes) -> None:
         """Connect, with these bytes in the first packet.
@@ -85,21 +82,15 @@ class Line(Protocol):
         """Let time pass."""
 
     def close(self) -> None:
-        """Zeros to the controller, then the connection is closed."""
+        """Send zeros to the controller, then close the connection."""
 
 
 class NetworkLine:
-    """A controller on the network, whose exclusive owner the probe is.
+    """A controller on the network; the probe is its exclusive owner.
 
     Args:
-        host: Its address.
-        size: Bytes of its areas.
         rpi_us: Packet interval.
-        port: Its TCP port.
-        address: Address of this machine to work from; empty for the one that leads there.
-
-    Raises:
-        EnipError: it is not there.
+        address: IPv4 address of this machine to send from; empty: the system chooses.
     """
 
     def __init__(
@@ -118,7 +109,7 @@ class NetworkLine:
 
     @property
     def now_us(self) -> int:
-        """Microseconds since the probe began."""
+        """Return the microseconds since the probe began."""
         return round((time.monotonic() - self._begin) * 1e6)
 
     @property
@@ -171,7 +162,7 @@ class NetworkLine:
             time.sleep(min(left_us, 100_000) / 1e6)
 
     def close(self) -> None:
-        """Zeros for some packets, then a Forward Close; whatever state it is in."""
+        """Send some packets with zeros, then a Forward Close, in any state of the connection."""
         if self._open:
             self._scanner.write(bytes(self.size), True, _LEASE_US)
             self._open = False

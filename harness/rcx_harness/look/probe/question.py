@@ -33,13 +33,12 @@ class Question:
     """One step of a probe.
 
     Attributes:
-        id: Its name.
-        risk: What can happen.
-        title: What it asks, in one line.
-        does: What it does at the cell, for the person who confirms it.
-        decides: Rules, each with the knobs that it decides; none for a rule without knobs.
-        ask: Asks it.
-        person: What the person has to do; empty if nothing.
+        risk: What can happen at most.
+        title: The question in one line.
+        does: Description of the step at the cell, for the person who confirms it.
+        decides: Rules with the keys that the answer decides; empty for a rule without keys.
+        ask: Carries out the step.
+        person: Action that the person must take; empty if none.
     """
 
     id: str
@@ -58,7 +57,7 @@ def asked(
     does: str = "",
     person: str = "",
 ) -> Callable[[Callable[[Asker], None]], Question]:
-    """Make a question of the function that asks it: with its name, and its docstring as title."""
+    """Register a function as a question; its docstring is the title."""
 
     def made(ask: Callable[[Asker], None]) -> Question:
         name = ask.__name__.replace("_", "-")

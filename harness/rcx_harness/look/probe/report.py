@@ -22,10 +22,7 @@ class Subject:
     """The person, the day and the device of a probe, as the person gives them.
 
     Attributes:
-        host: Its address.
-        robot: What it is, as `RCX340 with YK400XE`; may be empty.
-        by: Who probed; may be empty.
-        date: When, as given.
+        robot: Type of controller and robot, such as `RCX340 with YK400XE`; may be empty.
     """
 
     host: str
@@ -39,11 +36,10 @@ class Verdict:
     """The result of a probe for one assumed rule.
 
     Attributes:
-        rule: It.
         verdict: `confirmed`, `confirmed in part`, `refuted` or `not asked`.
-        findings: With their questions.
-        open: Keys of the rule of which nothing was found.
-        reason: Why it was not asked; empty if it was.
+        findings: Findings with their questions.
+        open: Keys of the rule without any finding.
+        reason: Why the rule was not examined; empty if it was.
     """
 
     rule: Rule
@@ -55,13 +51,13 @@ class Verdict:
 
 @lru_cache(maxsize=1)
 def unasked() -> Mapping[str, str]:
-    """Assumed rules that no question decides, each with the reason."""
+    """Return the assumed rules that no question decides, each with the reason."""
     table: list[dict[str, Any]] = load_toml(folder() / "unasked.toml")["unasked"]
     return {rule: entry["reason"] for entry in table for rule in entry["rules"]}
 
 
 def verdicts(outcome: Outcome) -> list[Verdict]:
-    """One for each rule that is assumed, in the order of the table."""
+    """Return a verdict for each assumed rule, in the order of the table."""
     return [_verdict(rule, outcome) for rule in rules() if rule.basis == "assumed"]
 
 

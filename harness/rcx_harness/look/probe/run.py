@@ -1,4 +1,4 @@
-"""A probe from its first question to the last, whatever happens on the way."""
+"""The course of a probe, with all of its possible ends."""
 
 from __future__ import annotations
 
@@ -22,9 +22,8 @@ class Outcome:
     """The result of a probe.
 
     Attributes:
-        identity: Who the controller says it is.
-        findings: By question, in the order in which they were asked.
-        skipped: Why a question was not asked, or decided nothing.
+        findings: Findings by question, in the order of the questions.
+        skipped: Why a question was skipped, or decided nothing.
         ended: Why the probe ended before its last question; empty if it did not.
     """
 
@@ -39,9 +38,9 @@ class Person:
     """The person who operates the probe.
 
     Attributes:
-        confirms: Is asked before each question; False leaves it out.
-        does: Is asked to do something at the cell, with its name as an event; False if not done.
-        tell: Takes one line after the other.
+        confirms: Called before each question; returns False to skip it.
+        does: Called with an action at the cell and its name as an event; returns False if not done.
+        tell: Called with each line of output.
     """
 
     confirms: Callable[[Question], bool]
@@ -54,14 +53,10 @@ def probe(
 ) -> Outcome:
     """Ask one question after the other; all inputs are OFF between them and at the end.
 
-    Ctrl-C, and a connection that is lost, end it: the inputs go OFF, the connection is closed,
-    and what was found so far is the outcome.
+    Ctrl-C or a lost connection ends the probe: the inputs go OFF, the connection is closed, and the
+    outcome contains all findings so far.
 
-    Args:
-        line: The way to the controller; it is closed.
-        asked: The questions, in this order.
-        person: Confirms each of them.
-        trace: Where to write what was seen.
+    `person` confirms each question; `trace` is the file for the evidence.
     """
     outcome = Outcome(identity=list(line.identity))
     header = {"by": "rcx probe", "size": line.size, "only": "changes"}

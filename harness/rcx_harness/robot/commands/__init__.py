@@ -4,6 +4,7 @@ A module registers its commands by code. The format of their telegrams is in
 spec/remote_commands.toml and is checked before they are called. New modules are imported here.
 """
 
+from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.commands import (  # noqa: F401  (register)
     data,
     jog,
@@ -13,6 +14,6 @@ from rcx_harness.robot.commands import (  # noqa: F401  (register)
     setup,
     utility,
 )
-from rcx_harness.robot.commands.base import Call, CommandError, Execution, Response, perform, start
+from rcx_harness.robot.commands.base import Call, Execution, Response, perform, start
 
-__all__ = ["Call", "CommandError", "Execution", "Response", "perform", "start"]
+__all__ = ["Call", "Execution", "Response", "perform", "start"]

@@ -17,7 +17,6 @@ from rcx_harness.spec.wire import CYCLE_US
 __all__ = [
     "Action",
     "Call",
-    "CommandError",
     "Execution",
     "Lasting",
     "Response",
@@ -50,11 +49,7 @@ class Call:
 
     @property
     def places(self) -> tuple[int, ...]:
-        """Return the axes that `axis_designation` and `axes` select, else all axes of the robot.
-
-        Raises:
-            CommandError: the robot does not have a selected axis.
-        """
+        """Return the axes that `axis_designation` and `axes` select, else all axes of the robot."""
         count = len(self.arm.axes)
         if not self.values.get("axis_designation", "axes" in self.values):
             return tuple(range(count))
@@ -76,11 +71,7 @@ class Execution(Protocol):
     """The status reset command may end it (continuous output), which is not a violation then."""
 
     def step(self, machine: Machine) -> Response | None:
-        """Continue in this cycle; return the response once it has ended normally, else None.
-
-        Raises:
-            CommandError: it ends abnormally.
-        """
+        """Continue in this cycle; return the response once it has ended normally, else None."""
 
     def interim(self, machine: Machine) -> Response:
         """Return the response that is shown with status 0x0100."""
@@ -108,9 +99,8 @@ _ABSENT: set[int] = set()
 def act(*codes: int, absent: bool = False) -> Callable[[_Action], _Action]:
     """Register a function that does the whole command when its `command_delay` is over.
 
-    Args:
-        codes: Without R.
-        absent: It also answers for a robot that does not exist.
+    `codes` are given without the robot's digit. With `absent` the function also answers for a robot
+    that does not exist.
     """
 
     def register(function: _Action) -> _Action:
@@ -148,11 +138,7 @@ def registered() -> list[int]:
 
 
 def start(machine: Machine, call: Call) -> Execution:
-    """Begin a command.
-
-    Raises:
-        CommandError: it cannot be executed, or it has no effect in this controller.
-    """
+    """Begin a command."""
     if call.code in _STARTERS:
         try:
             return _STARTERS[call.code](machine, call)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from rcx_harness.robot.commands.base import Call, CommandError, Response, act
+from rcx_harness.robot.alarms import CommandError
+from rcx_harness.robot.commands.base import Call, Response, act
+from rcx_harness.robot.controller_memory import is_real
 from rcx_harness.robot.machine import Machine
-from rcx_harness.robot.memory import is_real
 from rcx_harness.robot.stored import Hand, Pallet, Point, from_bits, parameter_names, to_bits
 
 _TURNS = {1: 1, 15: -1}  # four bits to arm rotation; all other patterns mean 0

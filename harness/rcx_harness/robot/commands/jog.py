@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 
-from rcx_harness.robot.alarms import SOFT_LIMIT, STOP
-from rcx_harness.robot.commands.base import Call, CommandError, Response, takes_time
+from rcx_harness.robot.alarms import SOFT_LIMIT, STOP, CommandError
+from rcx_harness.robot.commands.base import Call, Response, takes_time
 from rcx_harness.robot.commands.moves import Moving, position_output
 from rcx_harness.robot.kinematics import UnreachableError
 from rcx_harness.robot.machine import Machine
@@ -37,11 +37,7 @@ class Jog(Moving):
         super().__init__(call, movement)
 
     def step(self, machine: Machine) -> Response | None:
-        """Return the position at the end, if requested.
-
-        Raises:
-            CommandError: the jog was stopped, or it has reached the soft limit.
-        """
+        """Return the position at the end, if requested."""
         if self.movement.stopped_by == STOP:
             raise CommandError(STOP, position_output(self.call))
         response = super().step(machine)

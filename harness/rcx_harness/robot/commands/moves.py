@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import replace
 
+from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
-from rcx_harness.robot.commands.base import Call, CommandError, Lasting, Response, takes_time
+from rcx_harness.robot.commands.base import Call, Lasting, Response, takes_time
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import Movement
 from rcx_harness.robot.paths import Arch, Pace, Path, plan_arc, plan_arch, plan_line, plan_ptp
@@ -40,11 +41,7 @@ class Moving(Lasting):
         self.movement = movement
 
     def step(self, machine: Machine) -> Response | None:
-        """Return the position at the end, if requested.
-
-        Raises:
-            CommandError: the movement was stopped.
-        """
+        """Return the position at the end, if requested."""
         if self.movement.stopped_by:
             raise CommandError(self.movement.stopped_by)
         return position_output(self.call) if self.movement.done else None
@@ -222,22 +219,14 @@ def _point(machine: Machine, call: Call, name: str = "point") -> Point:
 
 
 def _movable_places(machine: Machine, call: Call) -> tuple[int, ...]:
-    """Return the places (0 to 5) of the axes that the command selects.
-
-    Raises:
-        CommandError: the robot has no such axis, or these axes cannot move now.
-    """
+    """Return the places (0 to 5) of the axes that the command selects."""
     places = call.places
     machine.check_movable(call.arm, places, by_program=call.by_program)
     return places
 
 
 def _pace(call: Call) -> Pace:
-    """Return speed, acceleration and deceleration of a command, or their defaults.
-
-    Raises:
-        CommandError: the speed in mm/s is too high for this robot.
-    """
+    """Return speed, acceleration and deceleration of a command, or their defaults."""
     values, settings = call.values, call.arm.settings
     mode, speed = values.get("speed_mode", 0), values.get("speed", 0)
     up = values["acceleration"] / 100 if values.get("acceleration_flag") else None
@@ -273,11 +262,7 @@ def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:
 
 
 def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
-    """Return the place of the axis and its target [pulses]: a point, or a position in the command.
-
-    Raises:
-        CommandError: no such axis or point, or the axis cannot move now.
-    """
+    """Return the axis and its target [pulses]: a point, or a position in the command."""
     places = _movable_places(machine, call)
     if call.code in _DRIVE_TO_POINT:
         return _target(call, _point(machine, call), places)
@@ -286,11 +271,7 @@ def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
 
 
 def _arch(call: Call) -> Arch:
-    """Return the arch axis, its position and its distances [pulses].
-
-    Raises:
-        CommandError: the robot has no such axis, or a distance is negative.
-    """
+    """Return the arch axis, its position and its distances [pulses]."""
     arm, values, mm = call.arm, call.values, bool(call.values["arch_unit"])
     place = int(values["arch_axis"]).bit_length() - 1
     if place >= len(arm.axes):

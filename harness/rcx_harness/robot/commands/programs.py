@@ -6,8 +6,8 @@ box. Programs start and are reset a moment later, which SO(13) and SO(14) show.
 
 from __future__ import annotations
 
-from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP
-from rcx_harness.robot.commands.base import Call, CommandError, Response, act
+from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, CommandError
+from rcx_harness.robot.commands.base import Call, Response, act
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port_of
 from rcx_harness.robot.signals import dedicated_outputs

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, ActiveAlarm, Place
-from rcx_harness.robot.commands.base import (
-    Action,
-    Call,
-    CommandError,
-    Execution,
-    Response,
-    act,
-    takes_time,
-)
+from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, ActiveAlarm, CommandError, Place
+from rcx_harness.robot.commands.base import Action, Call, Execution, Response, act, takes_time
 from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.stored import AXES
-from rcx_harness.robot.tasks import Task
+from rcx_harness.robot.tasks import RobotTask
 
 _MM = 0x506
 _DRIVERS = 4
@@ -211,12 +203,12 @@ def _six(values: list[int], absent: int) -> tuple[int, ...]:
     return tuple(values + [absent] * (AXES - len(values)))
 
 
-def _tasks(machine: Machine, call: Call) -> list[Task | None]:
+def _tasks(machine: Machine, call: Call) -> list[RobotTask | None]:
     first = 1 + _HALF * call.values["task_range"]
     return [machine.program.in_task(number) for number in range(first, first + _HALF)]
 
 
-def _task_state(machine: Machine, task: Task | None) -> int:
+def _task_state(machine: Machine, task: RobotTask | None) -> int:
     if task is None:
         return _NO_TASK
     if task.state == "running":

@@ -4,17 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rcx_harness.robot.alarms import EMERGENCY_STOP
+from rcx_harness.robot.alarms import EMERGENCY_STOP, CommandError
 from rcx_harness.robot.arm import BRAKE, FREE, SERVO
-from rcx_harness.robot.commands.base import (
-    Call,
-    CommandError,
-    Execution,
-    Lasting,
-    Response,
-    act,
-    takes_time,
-)
+from rcx_harness.robot.commands.base import Call, Execution, Lasting, Response, act, takes_time
 from rcx_harness.robot.commands.moves import Moving
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import OriginRun

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from rcx_harness.robot.commands.base import Call, CommandError, Response, act
+from rcx_harness.robot.alarms import CommandError
+from rcx_harness.robot.commands.base import Call, Response, act
 from rcx_harness.robot.data import Definition
 from rcx_harness.robot.machine import Machine
 

@@ -32,6 +32,8 @@ from structured_text.output.toml_files import check_keys
 
 __all__ = [
     "AREA_HINT",
+    "CHOICES",
+    "RANGES",
     "STORED",
     "alarm_code",
     "check_programs",
@@ -39,7 +41,6 @@ __all__ = [
     "check_value",
     "is_number",
     "is_whole",
-    "near",
     "same_name",
     "shown",
 ]
@@ -109,13 +110,7 @@ _SHOWN = 80
 def check_value(key: str, declared: str, value: Any) -> None:
     """Raise InputError if the key cannot have the value.
 
-    Args:
-        key: Name of the key, for the message and the key's own limits.
-        declared: The field's annotation, as written.
-        value: The value.
-
-    Raises:
-        InputError: with the allowed values as the hint; the key is in single quotes.
+    `declared` is the annotation of the field, as written.
     """
     if key == "robot" and declared != "int":
         _check_models(key, value)
@@ -175,16 +170,7 @@ def _check_areas(key: str, value: Any) -> None:
 
 
 def check_stored(key: str, value: Any, axes: int) -> None:
-    """Raise InputError for stored data that no controller could have.
-
-    Args:
-        key: One of STORED.
-        value: The value of that key in RobotConfig.
-        axes: Number of axes of the controller.
-
-    Raises:
-        InputError: with the key and the allowed values.
-    """
+    """Raise InputError for stored data that no controller could have."""
     seen: set[int | None] = set()
     for number, entry in value.items():
         if key == "variables":

@@ -23,7 +23,17 @@ from rcx_harness.spec.wire import SIZE
 from structured_text.errors import InputError
 from structured_text.output.toml_files import line_of, parse_toml, toml_text
 
-__all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]
+__all__ = [
+    "SECTIONS",
+    "Axis",
+    "Delay",
+    "Motion",
+    "Programs",
+    "References",
+    "Robot",
+    "RobotConfig",
+    "RobotProgram",
+]
 
 #: Milliseconds, fixed or as (shortest, longest); a range is drawn from the seed each time.
 Delay = float | tuple[float, float]
@@ -104,7 +114,7 @@ class Robot:
 
 @dataclass(frozen=True)
 class StoredData:
-    """What is stored from the start; remote commands change it."""
+    """Stored data at the start; remote commands change them."""
 
     points: Mapping[int, Point] = field(default_factory=lambda: dict(EXAMPLE_POINTS))
     comments: Mapping[int, str] = field(default_factory=dict)
@@ -121,7 +131,7 @@ class StoredData:
 
 @dataclass(frozen=True)
 class PowerAndLink:
-    """State at power-on and of the surroundings, and what power and link take away."""
+    """State at power-on and of the surroundings, and the effects of a loss of power or link."""
 
     booted: bool = True  # at time 0; boot_time counts from then on
     auto_mode: bool = True
@@ -142,7 +152,7 @@ class PowerAndLink:
 
 @dataclass(frozen=True)
 class Timing:
-    """How long the controller takes."""
+    """Times that the controller takes."""
 
     boot_time: Delay = 200.0
     link_error_delay: Delay = 100.0
@@ -163,7 +173,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class DedicatedSignals:
-    """What the dedicated inputs do, and what keeps them from it."""
+    """Effects of the dedicated inputs, and conditions that block them."""
 
     min_interval: float = 100.0
     late_levels: bool = True
@@ -238,7 +248,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class References:
-    """What commands read of the controller: position, clock, versions, real time output."""
+    """Data that commands read: position, clock, versions, real time output."""
 
     unasked_positions_zero: bool = True
     position_flag_bit0: bool = True
@@ -258,7 +268,7 @@ class References:
 
 @dataclass(frozen=True)
 class Alarms:
-    """How alarms behave, and the number of each that the manual does not give."""
+    """Behaviour of alarms, and the numbers of alarms that the manual does not give."""
 
     power_on_alarm: str = ""
     power_on_emergency_alarm: bool = False
@@ -373,9 +383,6 @@ class RobotConfig(  # fields of the last one come first
 
         Axes are `[[axes]]` tables, programs `[[programs]]` tables. For the form of points and other
         stored data see config/file.py.
-
-        Raises:
-            InputError: unreadable file, unknown key (the error suggests names) or impossible value.
         """
         file = Path(path)
         text = toml_text(file)

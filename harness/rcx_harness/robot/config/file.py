@@ -43,14 +43,7 @@ _MOST = 2**32
 def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[Any]]) -> Any:
     """Convert a TOML value to the type of the field `key` of the data class `kind`.
 
-    Args:
-        kind: The class with the keys as its fields.
-        key: The key.
-        value: The value under that key.
-        tables: Classes of the keys that are lists of tables.
-
-    Raises:
-        InputError: unknown key, or a value in a wrong form; the key is in single quotes.
+    `tables` are the classes of the keys that are lists of tables.
     """
     check_keys([key], [entry.name for entry in fields(kind)])
     if key in tables:
@@ -100,11 +93,7 @@ def _areas(key: str, value: Any) -> dict[str, Any]:
 
 
 def _stored(key: str, value: Any) -> dict[Any, Any]:
-    """Convert one of the STORED keys of a robot file to its form in RobotConfig.
-
-    Raises:
-        InputError: it is not written as the module's docstring says; the key is in single quotes.
-    """
+    """Convert one of the STORED keys of a robot file to its form in RobotConfig."""
     tables = {"points": "[points.19]", "pallets": "[pallets.10]", "hands": "[hands.1]"}
     if not isinstance(value, dict):
         kind = "tables" if key in tables else "a table"
@@ -126,11 +115,7 @@ def _stored(key: str, value: Any) -> dict[Any, Any]:
 def _numbered(
     key: str, table: Mapping[str, Any], what: str, hint: str = "", count: int = _MANY
 ) -> Iterator[tuple[int, Any]]:
-    """Yield the entries of a table with numbers as its keys.
-
-    Raises:
-        InputError: a key is not a number below `count`, or occurs twice, as `21` and `021`.
-    """
+    """Yield the entries of a table with numbers as its keys."""
     seen: set[int] = set()
     for text, entry in table.items():
         digits = text.lstrip("0") or "0"

@@ -12,11 +12,7 @@ __all__ = ["axis_keys", "merged", "model_of"]
 
 
 def model_of(name: str) -> RobotModel:
-    """Return the model of that name.
-
-    Raises:
-        InputError: the model does not exist.
-    """
+    """Return the model of that name."""
     check_value("robot", "models", name)
     return robot_models()[name]
 

@@ -72,9 +72,7 @@ def _check(path: Path, text: str, offset: int = 0) -> None:
     _, errors = read_program(text, path)
     if errors:
         error = errors[0]
-        raise InputError(
-            error.message, file=path, line=(error.line or 0) + offset, hint=error.hint
-        )
+        raise InputError(error.message, file=path, line=(error.line or 0) + offset, hint=error.hint)
 
 
 def _name(file: str) -> str:

@@ -76,7 +76,7 @@ class Order:
 
 
 class Running(Scope, Protocol):
-    """The task that executes an instruction; see Task."""
+    """The task that executes an instruction; see RobotTask."""
 
     at: int
     until_us: int | None

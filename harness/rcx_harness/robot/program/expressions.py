@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.memory import Memory
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.ports import Port, Ports
 from rcx_harness.robot.program.syntax import Node
 from rcx_harness.robot.program.values import (
@@ -54,7 +54,7 @@ class Surroundings(Protocol):
 
 
 class Scope(Protocol):
-    """The state of one task, as far as expressions need it; see Task."""
+    """The state of one task, as far as expressions need it; see RobotTask."""
 
     @property
     def integers(self) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.stored import AXES, Point, Shift, fits_integer, nearest, single, toward_zero
+from rcx_harness.robot.stored import AXES, Point, Shift, fits_integer, nearest, single
 
 __all__ = ["Value", "calculate", "combine", "compare", "convert", "integer", "number", "to_point"]
 
@@ -48,7 +48,7 @@ def integer(value: Value, config: RobotConfig) -> int:
         if not math.isfinite(plain):
             raise CommandError(config.overflow_alarm)
         exact = Fraction(plain)
-        plain = nearest(exact) if config.real_to_integer == "round" else toward_zero(exact)
+        plain = nearest(exact) if config.real_to_integer == "round" else math.trunc(exact)
     if not fits_integer(plain):
         raise CommandError(config.overflow_alarm)
     return plain

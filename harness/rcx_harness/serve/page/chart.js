@@ -7,11 +7,13 @@ export class Chart {
   #paused = false;
   #shown = null;
   #root;
+  #host;
   #measure;
   #mark = null;
   #at = 1; // of the axis, for the keys
 
   constructor(host, measure) {
+    this.#host = host;
     this.#root = host.attachShadow({ mode: "open" }); // its style sheet stays inside
     this.#measure = measure;
     host.addEventListener("mousemove", (move) => this.#point(move, false));
@@ -19,6 +21,11 @@ export class Chart {
     host.addEventListener("mouseleave", () => this.#clear());
     host.addEventListener("keydown", (key) => this.#key(key));
     host.addEventListener("blur", () => this.#clear());
+  }
+
+  // Its width [px]: the server draws it so wide, and its text keeps its size.
+  get width() {
+    return Math.max(200, Math.floor(this.#host.clientWidth));
   }
 
   // A paused chart stays; but another controller, or another window, is drawn once.

@@ -123,7 +123,7 @@ async function update() {
   showNotes(now);
   monitor.show(now);
   if (chart.wants(asked)) {
-    const answer = await get(`api/robots/${asked}/chart.svg?seconds=${chart.seconds}`);
+    const answer = await get(`api/robots/${asked}/chart.svg?seconds=${chart.seconds}&width=${chart.width}`);
     const svg = await answer.text();
     if (asked === chosen) chart.show(asked, svg);
   }

@@ -5,6 +5,7 @@ import { RobotView } from "./robot.js";
 
 const MINUTE_US = 60e6;
 const MOST = 400; // samples of a minute
+const MOST_WAY = 1500; // positions of the trail: 30 s of motion
 const TREND = { width: 160, height: 26 };
 const SPACE = "http://www.w3.org/2000/svg";
 
@@ -15,6 +16,7 @@ export class Positions {
   #views = [];
   #past = [];
   #trails = [];
+  #until = -1; // time of the last position in the trails [us]
 
   constructor(drawings, rows) {
     this.#drawings = drawings;
@@ -35,6 +37,7 @@ export class Positions {
     }
     this.#past = [];
     this.#trails = robots.map(() => []);
+    this.#until = -1;
     this.#views = [];
     this.#drawings.replaceChildren();
     for (const model of robots) {
@@ -46,17 +49,23 @@ export class Positions {
     this.#rows.replaceChildren();
   }
 
-  show({ t_us, positions, mm, poses, titles }) {
+  show({ t_us, positions, mm, way, poses, titles }) {
+    const fresh = way.filter(([t]) => t > this.#until);
+    this.#until = Math.max(this.#until, ...fresh.map(([t]) => t));
     if (this.#past.length && this.#past.at(-1).t > t_us) this.#past = [];
     this.#past.push({ t: t_us, mm });
     while (this.#past.length > MOST || this.#past[0].t < t_us - MINUTE_US) this.#past.shift();
     let begin = 0;
     this.#views.forEach((view, k) => {
-      const own = positions.slice(begin, (begin += view.model.axes.length));
+      const from = begin;
+      const own = positions.slice(from, (begin += view.model.axes.length));
       const trail = this.#trails[k];
-      const place = view.place(own, poses[k]);
-      if (place && String(place) !== String(trail.at(-1))) trail.push(place);
-      if (trail.length > MOST) trail.shift();
+      // All positions since the last time, so that the trail is as smooth as the motion.
+      for (const pulses of [...fresh.map(([, ...all]) => all.slice(from, begin)), own]) {
+        const place = view.place(pulses, poses[k]);
+        if (place && String(place) !== String(trail.at(-1))) trail.push(place);
+      }
+      trail.splice(0, trail.length - MOST_WAY);
       view.show(own, poses[k], trail);
     });
     if (this.#rows.children.length !== titles.length) this.#build(titles);
@@ -67,7 +76,8 @@ export class Positions {
     this.#rows.replaceChildren(
       ...titles.map(({ axis, place }) => {
         const svg = document.createElementNS(SPACE, "svg");
-        for (const [name, value] of Object.entries({ ...TREND, class: "trend", "aria-hidden": "true" })) {
+        const box = { viewBox: `0 0 ${TREND.width} ${TREND.height}`, preserveAspectRatio: "none" };
+        for (const [name, value] of Object.entries({ ...TREND, ...box, class: "trend", "aria-hidden": "true" })) {
           svg.setAttribute(name, value);
         }
         svg.append(document.createElementNS(SPACE, "path"));

@@ -58,11 +58,6 @@ class Plate:
     pressed and released between two scans is still seen for one scan. A page repeats its message
     while it holds keys. If it falls silent for `HOLD_S`, its keys are released, but a Stop that
     still waits in the queue is delivered.
-
-    Args:
-        program: The program; only `exchange` accesses it.
-        path: The variable.
-        now: A monotonic clock in seconds.
     """
 
     def __init__(
@@ -89,13 +84,7 @@ class Plate:
     def press(self, page: str, beat: int, keys: Collection[str]) -> None:
         """Store the keys that a page holds; it repeats the message as long as it holds any.
 
-        Args:
-            page: Identifier of the page.
-            beat: Grows with each message; a late message is ignored.
-            keys: Names of the keys.
-
-        Raises:
-            InputError: no such key, or too many pages or changes.
+        `beat` grows with each message of a page; a late message is ignored.
         """
         for key in keys:
             if key not in self.keys:
@@ -114,11 +103,7 @@ class Plate:
                 del self._pages[next(name for name, old in self._pages.items() if not old.keys)]
 
     def choose(self, name: str, value: object) -> None:
-        """Store a selection for the next scan.
-
-        Raises:
-            InputError: no such selection, or a value that it does not take.
-        """
+        """Store a selection for the next scan."""
         if name not in _CHOICES:
             raise InputError(f"there is no selection {name!r:.20}", hint=", ".join(_CHOICES))
         if name in _SWITCHES:
@@ -196,11 +181,7 @@ def _all_of(change: dict[str, frozenset[str]]) -> frozenset[str]:
 
 
 def plates_of(program: Program, now: Callable[[], float] = time.monotonic) -> list[Plate]:
-    """Return the panels of a program, in the order of their declaration.
-
-    Raises:
-        InputError: it has none.
-    """
+    """Return the panels of a program, in the order of their declaration."""
     found = [Plate(program, path, now) for path in _paths(program)]
     if not found:
         raise InputError(

@@ -6,7 +6,6 @@ import asyncio
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from threading import Thread
-from types import TracebackType
 
 from aiohttp import web
 
@@ -76,16 +75,7 @@ def _plate(request: web.Request) -> Plate:
 
 
 class PanelServer:
-    """The server of the panels in a thread, inside `with`.
-
-    Args:
-        plates: The panels.
-        port: TCP port of the loopback interface, 0 for any free one.
-        token: See `TokenServer`.
-
-    Raises:
-        InputError: the port is taken.
-    """
+    """The server of the panels in a thread, inside `with`."""
 
     def __init__(self, plates: Sequence[Plate], port: int, token: str = "") -> None:
         self._make: Callable[[], TokenServer] = lambda: TokenServer(
@@ -99,12 +89,7 @@ class PanelServer:
         self._started.result()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *of: object) -> None:
         _, loop, stop = self._started.result()
         loop.call_soon_threadsafe(stop.set)
         self._thread.join()

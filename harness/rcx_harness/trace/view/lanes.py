@@ -34,7 +34,6 @@ class Lane:
 
     Attributes:
         name: The text beside it.
-        packed: Its changes.
         colour: Its kind: `input`, `output`, `command`, `status`, `variable`, `curve` or `rule`.
         short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
         idle: Number of the text that is drawn as a line only.
@@ -104,13 +103,16 @@ class Wire:
     """The areas of one controller, as the PLC or the controller sees them.
 
     Args:
-        lanes: Receives its lanes.
-        who: Prefix of the titles of its groups.
         plain: It is the main side: its changes are events.
+        reads_outputs_first: It is the PLC's side: a scan reads the controller's outputs, then
+            writes its inputs. The controller does it the other way round.
     """
 
-    def __init__(self, lanes: Lanes, who: str, *, plain: bool = True) -> None:
+    def __init__(
+        self, lanes: Lanes, who: str, *, plain: bool = True, reads_outputs_first: bool = False
+    ) -> None:
         self._lanes, self._who, self._plain = lanes, who, plain
+        self._reads_outputs_first = reads_outputs_first
         table = signals()
         self._connection = lanes.new("Connection", Bits(), "status", short="Connection")
         self._bits = {
@@ -144,11 +146,24 @@ class Wire:
         if connected != self._connected:
             self._connected = connected
             self._note(self._connection, t_us, connected)
+        # The first record has no changes, and its status can only be named with its command.
+        if self._reads_outputs_first and self._si:
+            self._take_outputs(t_us, so)
+            self._take_inputs(t_us, si)
+        else:
+            self._take_inputs(t_us, si)
+            self._take_outputs(t_us, so)
+
+    def _take_inputs(self, t_us: int, si: bytes) -> None:
+        """Record the controller's inputs, which the PLC writes."""
         if si and si != self._si:
             if si[:2] != self._si[:2]:
                 self._take_code(t_us, si)
             self._take_area(t_us, "si", self._si, si)
             self._si = si
+
+    def _take_outputs(self, t_us: int, so: bytes) -> None:
+        """Record the controller's outputs, which the PLC reads."""
         if so and so != self._so:
             if so[:2] != self._so[:2]:
                 self._take_status(t_us, so)
@@ -220,15 +235,7 @@ def _general(kind: str, area: bytes) -> Iterator[tuple[str, int, int]]:
 
 
 class Variables:
-    """The watched variables; structures and arrays have a lane per member or element.
-
-    Args:
-        lanes: Receives its lanes.
-        watched: Their types by path, as in the header of a trace.
-
-    Raises:
-        KeyError, TypeError, ValueError: these are not types.
-    """
+    """The watched variables; structures and arrays have a lane per member or element."""
 
     def __init__(self, lanes: Lanes, watched: Mapping[str, Any]) -> None:
         self._lanes = lanes

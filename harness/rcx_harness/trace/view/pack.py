@@ -26,8 +26,6 @@ class Packed:
     """The changes of one lane that alternates between two values, so values are not stored.
 
     Attributes:
-        data: The changes.
-        count: Number of changes.
         first: The value before the first change; None until a value is recorded.
     """
 

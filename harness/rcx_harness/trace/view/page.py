@@ -13,12 +13,12 @@ from math import gcd
 from typing import Any
 
 from rcx_harness.spec.wire import AREA_SIZES, CYCLE_US
-from rcx_harness.trace.records import Cycle, Record, Scan, Violation
+from rcx_harness.trace.records import Cycle, Record, Scan
 from rcx_harness.trace.view.lanes import Group, Lane, Lanes, Variables, Wire
 from rcx_harness.trace.view.pack import Numbers, Packed, Texts, put_whole
 from rcx_harness.trace.view.robots import Robots
 from rcx_harness.watch.sections import section_of
-from structured_text.errors import InputError
+from structured_text.errors import InputError, Violation
 
 __all__ = ["SCRIPTS", "View"]
 
@@ -31,6 +31,7 @@ SCRIPTS = (
     "chart.js",
     "robot.js",
     "robots.js",
+    "play.js",
     "page.js",
 )
 #: A number with more changes is drawn as a curve, and its changes are not events.
@@ -48,17 +49,7 @@ _MODULE = re.compile(r"^import .*\n|^export ", re.MULTILINE)
 
 
 class View:
-    """A page made from the records of a recording: `take` each record, then call `page`.
-
-    Args:
-        header: First line of the trace.
-
-    Attributes:
-        broken: Number of broken rules so far.
-
-    Raises:
-        InputError: the header does not describe variables, times or robots as in a trace.
-    """
+    """A page made from the records of a recording: `take` each record, then call `page`."""
 
     def __init__(self, header: Mapping[str, Any]) -> None:
         self._header = header
@@ -91,11 +82,7 @@ class View:
         return self._lanes.new(f"{who}{title}", Numbers(), "curve", **more)
 
     def take(self, record: Record) -> None:
-        """Take the next record.
-
-        Raises:
-            InputError: it does not fit the header, or a controller cannot have such areas.
-        """
+        """Take the next record."""
         if self._begin_us is None:
             self._begin_us = record.t_us
         self._end_us = max(self._end_us, record.t_us)
@@ -135,7 +122,9 @@ class View:
         kind = type(record)
         if kind not in sides:
             who = f"Controller {record.controller}: " if record.controller > 1 else ""
-            sides[kind] = Wire(self._lanes, who, plain=kind is Scan or self._only_cycles)
+            is_plc = kind is Scan
+            plain = is_plc or self._only_cycles
+            sides[kind] = Wire(self._lanes, who, plain=plain, reads_outputs_first=is_plc)
         return sides[kind]
 
     @property
@@ -178,11 +167,7 @@ class View:
         return self._lanes.new(name, Packed(), "curve", is_curve=True, speed_of=position)
 
     def page(self, title: str) -> str:
-        """Return the page; the same records give the same bytes.
-
-        Args:
-            title: The title above it.
-        """
+        """Return the page; the same records give the same bytes."""
         content, style = (_asset(name) for name in ("page.html", "page.css"))
         script = "\n".join(_MODULE.sub("", _asset(name)) for name in SCRIPTS)
         filled = {

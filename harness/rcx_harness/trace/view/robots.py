@@ -17,17 +17,7 @@ _Shape = Mapping[str, Any]
 
 
 class Robots:
-    """The shapes and poses of the robots, for the page.
-
-    Args:
-        shapes: `robots` of a trace's header (`rcx_harness.robot.shape`), for each controller.
-        lanes: The lanes of the positions of each controller.
-        unit: Unit of these positions: `pulses` or `mm`.
-
-    Raises:
-        KeyError, TypeError, ValueError: a shape is not valid, or its axes do not match the
-            positions.
-    """
+    """The shapes and poses of the robots, for the page."""
 
     def __init__(
         self, shapes: Sequence[Sequence[_Shape]], lanes: Sequence[Sequence[Lane]], unit: str
@@ -40,11 +30,7 @@ class Robots:
         self._poses: list[list[list[tuple[int, _Shape]]]] = [[[] for _ in one] for one in shapes]
 
     def take(self, t_us: int, controller: int, poses: Sequence[_Shape]) -> None:
-        """Record the poses of the robots of a controller from `t_us` on.
-
-        Raises:
-            IndexError, TypeError, ValueError: the robots do not exist, or a pose is not valid.
-        """
+        """Record the poses of the robots of a controller from `t_us` on."""
         for noted, pose in zip(self._poses[controller - 1], poses, strict=True):
             _numbers(pose.get("shift", [0.0] * 4), range(4, 5))
             _numbers(pose.get("hand", [0.0] * 4), range(4, 5))

@@ -19,13 +19,7 @@ __all__ = ["live_input", "scopes"]
 def scopes(
     program: Program, images: Sequence[Image], telegrams: Sequence[Telegrams]
 ) -> list[Scope]:
-    """Return the scopes of a cell.
-
-    Args:
-        program: The program.
-        images: The areas of each controller in its process image.
-        telegrams: The last telegrams of each controller.
-    """
+    """Return the scopes of a cell."""
     return [
         ("Areas", lambda: _areas(program, images)),
         ("Telegrams", lambda: _telegrams(telegrams)),

@@ -17,10 +17,8 @@ __all__ = ["CellMachine"]
 class CellMachine(BenchMachine):
     """A cell in virtual time whose stimulus is already scheduled. The debugger uses it.
 
-    Args:
-        cell: The cell. Its network must be virtual.
-        end_us: Scans run only before this time [us].
-        shown: That time as messages show it.
+    The network of the cell must be virtual. Scans run only before `end_us`; messages show this time
+    as `shown`.
     """
 
     def __init__(self, cell: Cell, end_us: int, shown: str) -> None:

@@ -69,17 +69,8 @@ def write_recording(
 ) -> None:
     """Write the recording of a cell's program.
 
-    Args:
-        file: The file to write.
-        recorded: The recorded program.
-        cell: The cell with this program. It may be closed.
-        settings: The arguments of `Cell.build` that built the cell.
-        folder: The project folder. Files below it are named relative to it.
-        test: The name of the test.
-        failed: What went wrong, in one line.
-
-    Raises:
-        InputError: The file cannot be written, or a source is missing.
+    The cell may be closed. `settings` are the arguments of the `Cell.build` that built it. Files
+    below `folder` are named relative to it. `failed` says in one line what went wrong.
     """
     given = settings["program"]
     named = [given] if isinstance(given, (str, Path)) else given
@@ -179,13 +170,8 @@ class CellTape(Tape):
     """The recorded program of a cell, which the debugger replays.
 
     Args:
-        program: The program on the built-in engine, before its first scan.
         lines: The lines of the recording after the first.
         areas: Size, m and n of each controller.
-        violations: The violations that the test found.
-
-    Attributes:
-        telegrams: The last telegrams of each controller.
     """
 
     def __init__(

@@ -13,16 +13,7 @@ __all__ = ["Demanded"]
 
 
 class Demanded:
-    """The properties of a program that the exploration puts into one state after another.
-
-    Args:
-        program: The program at its beginning.
-        declared: The demanded properties.
-        scan_us: The time from one scan to the next [us].
-
-    Raises:
-        InputError: A property is written in Python, or names a variable that does not exist.
-    """
+    """The properties of a program that the exploration puts into one state after another."""
 
     def __init__(self, program: Program, declared: Sequence[Declared], scan_us: int) -> None:
         for one in declared:

@@ -17,14 +17,7 @@ _TIME, _ABOUT = "_changed_us", "_changed_what"
 
 
 class Monitors:
-    """The monitors of an exploration: the rules of the wire and the contract of the blocks.
-
-    Args:
-        program: The program.
-        size: Bytes of the areas.
-        scan_us: The time from one scan to the next [us].
-        steady: See `ContractMonitor`.
-    """
+    """The monitors of an exploration: the rules of the wire and the contract of the blocks."""
 
     def __init__(
         self, program: Program, size: int, scan_us: int, steady: Collection[str] = ()

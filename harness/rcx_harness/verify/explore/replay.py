@@ -27,9 +27,6 @@ def replay(
     Returns:
         The stimulus file, and whether the run shows the same broken rules. A cell cannot check the
         conditions of `always` and the assertions in comments; only the exploration can.
-
-    Raises:
-        InputError: A file cannot be written, or exists and was not written by a search.
     """
     broken = explored.result.broken
     assert broken is not None

@@ -21,8 +21,8 @@ from rcx_harness.cell.sources import blame_lib
 from rcx_harness.spec.wire import SIZE
 from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
 from rcx_harness.verify.explore.demanded import Demanded
-from rcx_harness.verify.explore.kept import TABLES
 from rcx_harness.verify.explore.monitors import Monitors
+from rcx_harness.verify.explore.state_tables import TABLES
 from rcx_harness.verify.properties import Declared
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.image_source import reads_located
@@ -78,7 +78,6 @@ class Settings:
         always: Expressions that hold after every scan, in the names of the program.
         properties: Further demands, which name variables by paths. Python is not supported.
         faults: Names from `controller.FAULTS`.
-        scan_us: The time from one scan to the next [us].
         size: Bytes of the areas.
         m: Where the area from the controller begins.
         n: Where the area to the controller begins.
@@ -124,15 +123,8 @@ class Explored:
 def explore(sources: SourceFiles, settings: Settings, farm: Farm | None = None) -> Explored:
     """Explore a program.
 
-    Args:
-        sources: The sources of the program.
-        settings: What to explore.
-        farm: The farm of worker processes. Default: this process alone. The result does not
-            depend on it.
-
-    Raises:
-        InputError: The sources or settings are wrong, or the program has infinitely many states
-            of its own.
+    Without a `farm` of worker processes, this process does all the work. The result does not depend
+    on it.
     """
     own, library = sources.users
     with TemporaryDirectory() as folder:
@@ -182,7 +174,7 @@ class _Program(World[Choice]):
         self.inputs = {
             path: list(_values(program, path, texts)) for path, texts in settings.inputs.items()
         }
-        self._state = Abstraction(program, settings.scan_us, 0, set(), exact=True, tables=TABLES)
+        self._state = Abstraction(program, settings.scan_us, TABLES)
         self._monitors = Monitors(program, settings.size, settings.scan_us, steady)
         self._demanded = Demanded(program, settings.properties, settings.scan_us)
         sets = [("", "", None)]
@@ -192,11 +184,7 @@ class _Program(World[Choice]):
         self._by_move = {move: [c for c in self.every if c.move == move] for move in self.moves}
 
     def _surround(self, project: Project) -> None:
-        """Find the areas of the program.
-
-        Raises:
-            InputError: The program has no areas.
-        """
+        """Find the areas of the program."""
         self._image = find_image(
             self.program,
             size=self._settings.size,
@@ -250,9 +238,6 @@ class _Program(World[Choice]):
 
         The same scan runs at another time, with other tickets and scan numbers. It must lead to the
         same state. If it does not, the abstraction has dropped a variable that has an effect.
-
-        Raises:
-            InputError: The step leads to another state.
         """
         now_us = self._state.disturb(state, 1, random)
         there, broken = self._scan(state, choice, now_us)

@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell.cell import Cell
-from rcx_harness.cell.stimulus import Entry
+from rcx_harness.cell.sources import source_files
+from rcx_harness.cell.stimulus import Entry, Stimulus
 from rcx_harness.robot import RobotConfig
 from rcx_harness.verify.prove.surroundings import CellSurroundings
 from rcx_harness.verify.replay import replayed
+from structured_text.bench import Bench
+from structured_text.bench.stimulus import Stimulus as PlcStimulus
 from structured_text.errors import InputError
 from structured_text.language.types import ArrayType, BlockType, EnumType, StructType
 from structured_text.language.values import scalar_to_python
 from structured_text.prove import values
-from structured_text.prove.machine import Path as Place
-from structured_text.prove.search import Run
-from structured_text.prove.surroundings import path_of
+from structured_text.prove.search import Counterexample
+from structured_text.prove.surroundings import Surroundings, path_of
+from structured_text.prove.symbolic_memory import Path as Place
 from structured_text.prove.user import Replayed
 
 __all__ = ["entries", "replay"]
 
 
-def entries(run: Run, around: CellSurroundings) -> Iterator[Entry]:
+def entries(run: Counterexample, around: Surroundings) -> Iterator[Entry]:
     """Yield the stimulus of a run: each change at its time."""
     before: dict[int, tuple[bytes, bool]] = {}
     values = {one.name: one.initial for one in around.inputs}
@@ -51,8 +53,8 @@ def _told(value: Any, kind: Any) -> Any:
 
 
 def replay(
-    run: Run,
-    around: CellSurroundings,
+    run: Counterexample,
+    around: Surroundings,
     files: Sequence[Path],
     stimulus: Path,
     *,
@@ -60,33 +62,25 @@ def replay(
     lib: Path | None = None,
     chart: Path | None = None,
 ) -> Replayed:
-    """Write the stimulus file of a run, and run it in a cell on the built-in engine.
+    """Write the stimulus file of a run, and run it on the built-in engine: in a cell, or alone.
 
-    Args:
-        run: The run.
-        around: The surroundings of the program of this run.
-        files: The program's files.
-        stimulus: The stimulus file to write.
-        about: The comment at the beginning of that file.
-        lib: The folder of the library.
-        chart: The timing chart (SVG) to write.
-
-    Raises:
-        InputError: A file cannot be written, or exists and was not written by a search.
+    `about` is the comment at the beginning of the stimulus file.
     """
     differences: list[str] = []
     error = None
-    made = partial(
-        Cell.build,
-        list(files),
-        lib=lib,
-        engine="builtin",
-        scan=run.scan_us,
-        robot=[RobotConfig(size=area.size) for area in around.areas],
-        m=[area.m for area in around.areas],
-        n=[area.n for area in around.areas],
-    )
-    with replayed(made, entries(run, around), about, stimulus, chart) as cell:
+    in_cell = isinstance(around, CellSurroundings)
+
+    def made() -> Bench:
+        given: dict[str, Any] = {"engine": "builtin", "scan": run.scan_us}
+        if not isinstance(around, CellSurroundings):
+            inputs = [one.name for one in around.inputs if one.searched]
+            return Bench.build(source_files(list(files), lib), watch=inputs, **given)
+        robots = [RobotConfig(size=area.size) for area in around.areas]
+        m, n = [area.m for area in around.areas], [area.n for area in around.areas]
+        return Cell.build(list(files), lib=lib, robot=robots, m=m, n=n, **given)
+
+    kind = Stimulus if in_cell else PlcStimulus
+    with replayed(made, entries(run, around), about, stimulus, chart, kind=kind) as cell:
         compared = _compared(cell, around)
         for number, state in enumerate(run.states):
             try:
@@ -100,7 +94,7 @@ def replay(
         )
 
 
-def _compared(cell: Cell, around: CellSurroundings) -> dict[str, Place]:
+def _compared(cell: Bench, around: Surroundings) -> dict[str, Place]:
     """Return all scalars of the program with their places in a machine."""
     return {
         name: path_of(around.project, name)[0]
@@ -110,7 +104,7 @@ def _compared(cell: Cell, around: CellSurroundings) -> dict[str, Place]:
 
 
 def _differences(
-    cell: Cell, number: int, state: Mapping[Place, Any], compared: Mapping[str, Place]
+    cell: Bench, number: int, state: Mapping[Place, Any], compared: Mapping[str, Place]
 ) -> list[str]:
     found = []
     for name, place in compared.items():

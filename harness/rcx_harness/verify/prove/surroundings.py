@@ -18,8 +18,9 @@ from structured_text.language.types import ElementaryType
 from structured_text.language.walk import calls_of
 from structured_text.prove import reals, values
 from structured_text.prove.logic import UnsupportedError
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
 from structured_text.prove.surroundings import Surroundings, path_of
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["Area", "CellSurroundings"]
 
@@ -37,17 +38,7 @@ class Area:
 
 
 class CellSurroundings(Surroundings):
-    """The program of a project in a cell with its controllers.
-
-    Args:
-        project: The sources, with the programs that run.
-
-    Attributes:
-        areas: The input area of each controller.
-
-    Raises:
-        InputError: The program has no process image.
-    """
+    """The program of a project in a cell with its controllers."""
 
     def __init__(self, project: Project) -> None:
         program, located = BuiltinProgram.build(project), reads_located(project)

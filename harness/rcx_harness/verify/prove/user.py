@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rcx_harness.cell.sources import blame_lib, source_files
@@ -16,13 +16,13 @@ from structured_text.language.project import Project
 from structured_text.output.console import quoted
 from structured_text.prove import user
 from structured_text.prove.properties import Library
-from structured_text.prove.search import Run
+from structured_text.prove.search import Counterexample
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.user import Replayed, Result
 
 __all__ = ["LIBRARY", "CellBench", "Settings", "prove"]
 
-#: What the proofs know about the library that the programs call.
+#: Knowledge of the proofs about the library that the programs call.
 LIBRARY = Library(
     areas=AREAS,
     reference="RCX_REF",
@@ -31,6 +31,8 @@ LIBRARY = Library(
     calls="A call of the library's blocks may do anything to its instance, its Robot and its "
     "Image.",
 )
+#: The same for a program without a robot, of which the library requires nothing.
+_ALONE = replace(LIBRARY, areas={}, reference="")
 
 
 @dataclass(frozen=True)
@@ -39,43 +41,33 @@ class Settings(user.Settings):
 
     Attributes:
         lib: The folder of the library. None: the library of this package.
+        robot: Whether there is a controller. Without a controller the program has no areas.
         replace: Files with Structured Text that replace POUs of a project, by name.
     """
 
     lib: Path | None = None
+    robot: bool = True
     replace: Mapping[str, Path] = field(default_factory=dict)
 
 
 def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str]]:
-    """Prove a program's properties; return the results and the names of the program's inputs.
-
-    Raises:
-        InputError: The sources have an error, or the program cannot run in a cell.
-    """
+    """Prove a program's properties; return the results and the names of the program's inputs."""
     sources = source_files(list(files), settings.lib, settings.replace)
-    return user.prove(sources, settings, CellBench(files, settings.lib))
+    bench = CellBench if settings.robot else AloneBench
+    return user.prove(sources, settings, bench(files, settings.lib))
 
 
 @dataclass(frozen=True)
 class CellBench:
-    """The bench that replays counterexamples in a cell.
-
-    Attributes:
-        files: The program as the user named it.
-        lib: The folder of the library, if the user named it.
-    """
+    """The bench that replays counterexamples in a cell."""
 
     files: Sequence[Path]
     lib: Path | None
     name: str = "rcx prove"
     library: Library = LIBRARY
 
-    def surroundings(self, project: Project) -> CellSurroundings:
-        """Return the controllers of a program.
-
-        Raises:
-            InputError: The program has no process image.
-        """
+    def surroundings(self, project: Project) -> Surroundings:
+        """Return the controllers of a program."""
         return CellSurroundings(project)
 
     def blame(self, error: InputError) -> InputError:
@@ -84,7 +76,7 @@ class CellBench:
 
     def replay(
         self,
-        run: Run,
+        run: Counterexample,
         around: Surroundings,
         files: Sequence[Path],
         stimulus: Path,
@@ -92,19 +84,19 @@ class CellBench:
         about: str,
         chart: Path,
     ) -> Replayed:
-        """Write the stimulus file of a run, and run it in a cell."""
-        assert isinstance(around, CellSurroundings)
+        """Write the stimulus file of a run, and run it."""
         return replay(run, around, files, stimulus, about=about, lib=self.lib, chart=chart)
 
-    def command(self, run: Run, around: Surroundings, stimulus: Path) -> str:
+    def command(self, run: Counterexample, around: Surroundings, stimulus: Path) -> str:
         """Return the command that replays a run."""
-        assert isinstance(around, CellSurroundings)
         words = ["rcx run", *map(quoted, self.files)]
         words += [f"--lib {quoted(self.lib)}"] if self.lib else []
         words += [
             f"--scan {run.scan_us / 1000:g}ms --for {len(run.steps) * run.scan_us / 1000:g}ms"
         ]
         words += ["--engine builtin", f"--stimulus {quoted(stimulus)}"]
+        if not isinstance(around, CellSurroundings):
+            return " ".join([*words, "--no-robot"])
         areas = around.areas
         if len(areas) > 1 or areas[0].m or areas[0].n:
             words += [f"--m {area.m} --n {area.n}" for area in areas]
@@ -112,3 +104,14 @@ class CellBench:
             words += [f"--robot robot{area.controller}.toml" for area in areas]
         words += [f"--size {areas[0].size}"] if areas[0].size != SIZE else []
         return " ".join(words)
+
+
+@dataclass(frozen=True)
+class AloneBench(CellBench):
+    """The bench of a program without a robot, for which the library has no requirements."""
+
+    library: Library = _ALONE
+
+    def surroundings(self, project: Project) -> Surroundings:
+        """Return surroundings of which only the inputs change."""
+        return Surroundings(project)

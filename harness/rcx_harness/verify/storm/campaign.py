@@ -14,7 +14,7 @@ from rcx_harness.verify.storm.moments import moments
 from rcx_harness.verify.storm.replay import Replay, replay_of
 from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
-from structured_text.farm import Farm, Kept
+from structured_text.farm import Farm, ResultFile
 
 __all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
 
@@ -46,8 +46,8 @@ class Explained(NamedTuple):
     """A class of failures.
 
     Attributes:
-        replay: The shortest run. None: the failure did not occur again.
-        causes: The events and inputs that the failure needs.
+        causes: The events and inputs that the failure needs in the shortest run. Without a shortest
+            run the failure did not occur again.
         rest: Seeds that fail without these causes as well.
         seeds: All other seeds.
     """
@@ -191,7 +191,7 @@ def _causes(act: Entry) -> list[str]:
 
 
 def storms(
-    farm: Farm, work: Storms, seeds: Iterable[int], kept: Kept[Any, Any] | None = None
+    farm: Farm, work: Storms, seeds: Iterable[int], kept: ResultFile[Any, Any] | None = None
 ) -> Iterator[tuple[int, Seed]]:
     """Run the seeds, and yield the result of each."""
     yield from farm.run(work, seeds, kept=kept, title="seeds")
@@ -201,16 +201,12 @@ def classes(
     farm: Farm,
     work: Storms,
     failing: dict[str, list[tuple[int, int]]],
-    kept: Kept[Any, Any] | None = None,
+    kept: ResultFile[Any, Any] | None = None,
 ) -> list[tuple[str, Explained]]:
     """Return the classes of failures; failures of one kind with different causes are separate.
 
-    Args:
-        farm: The farm that runs the work.
-        work: The campaign.
-        failing: Failing seeds by kind of failure, each with the time of the failure [us]. The
-            earliest failure is shortened.
-        kept: The results of earlier calls.
+    `failing` has the failing seeds by kind of failure, each with the time of its failure [us]; the
+    earliest failure is shortened. `kept` are results of earlier calls.
     """
     # Each round explains one seed of each kind. Seeds that also fail without the causes found
     # must have another cause, so the next round explains them again. The number of rounds

@@ -54,14 +54,7 @@ class CellsOf:
     ) -> CellsOf:
         """Read all files.
 
-        Args:
-            program: Files and folders of the program.
-            options: Arguments of `Cell.build`.
-            demands: The files for `Demands.load`.
-            stimulus: The stimulus file for `Demands.load`.
-
-        Raises:
-            InputError: A file cannot be read.
+        `demands` and `stimulus` are the files for `Demands.load`.
         """
         lib = options.get("lib")
         lib_files = st_files(library_folder(lib)) if lib is not None else []
@@ -88,11 +81,7 @@ class CellsOf:
         return cls(parcel, tuple(map(len, groups)), kept, tuple(replaced), depth)
 
     def make(self) -> Cells:
-        """Compile the program in this process.
-
-        Raises:
-            InputError: The sources or options are wrong.
-        """
+        """Compile the program in this process."""
         with self.parcel.unpacked() as here:
             files = iter(here)
             program, lib, replaced, robots, demands, stimulus = (
@@ -144,9 +133,7 @@ class Cells:
     collector skips all older objects (`gc.freeze`).
 
     Args:
-        compiled: The program.
         options: Arguments of `Cell.build` without the seed.
-        demands: The demands on the cells.
     """
 
     def __init__(self, compiled: Compiled, options: Mapping[str, Any], demands: Demands) -> None:

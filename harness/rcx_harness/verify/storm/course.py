@@ -9,7 +9,7 @@ from rcx_harness.cell.stimulus import Entry
 from rcx_harness.verify.properties import Judge
 from rcx_harness.verify.recovery import NotRecoveredError, Operator, Recovery
 from rcx_harness.verify.storm.demands import Demands
-from rcx_harness.verify.storm.storms import Failure, Run
+from rcx_harness.verify.storm.storms import Failure, StormRun
 
 __all__ = ["RECOVERY", "Course"]
 
@@ -19,16 +19,8 @@ RECOVERY = "recovery"
 _AFTER_US = 1_000_000
 
 
-class Course(Run):
-    """Storms on a user's cell, checked by the user's demands.
-
-    Args:
-        cell: The cell at its beginning.
-        demands: The demands on the cell.
-
-    Raises:
-        InputError: The demands name a variable that does not exist.
-    """
+class Course(StormRun):
+    """Storms on a user's cell, checked by the user's demands."""
 
     def __init__(self, cell: Cell, demands: Demands) -> None:
         super().__init__(cell)

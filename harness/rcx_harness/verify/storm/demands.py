@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.stimulus import Entry, Stimulus, typed
+from rcx_harness.cell.stimulus import Entry, Stimulus
 from rcx_harness.cell.surroundings import OPPOSITES
 from rcx_harness.verify.properties import Declared, declared_in, from_python
 from rcx_harness.verify.recovery import Recovery, recovery_of
+from structured_text.bench.stimulus import typed
 from structured_text.errors import InputError, near
 from structured_text.language.types import ElementaryType
 from structured_text.output.reading import check_file
@@ -69,13 +70,8 @@ class Demands:
     def load(cls, files: Sequence[Path], stimulus: Path | None = None) -> Demands:
         """Read files of demands: TOML, or Python with properties.
 
-        Args:
-            files: The files. Each table may occur in one file only.
-            stimulus: A good run. If no file names inputs, the BOOL inputs that it sets are the
-                operator's switches.
-
-        Raises:
-            InputError: A file cannot be read, or has a wrong value.
+        Each table may occur in one file only. `stimulus` is a good run: if no file names inputs,
+        the BOOL inputs that it sets are the operator's switches.
         """
         tables: dict[str, tuple[Any, Path]] = {}
         properties: list[Declared] = []
@@ -87,7 +83,7 @@ class Demands:
                 properties += from_python(file)
                 continue
             if file.suffix != ".toml":
-                raise InputError("is no .toml and no .py file", file=file)
+                raise InputError("is neither a .toml nor a .py file", file=file)
             table = load_toml(file)
             properties += declared_in(table, file)
             check_keys(table, _KEYS, file=file, every="keys are")
@@ -110,7 +106,7 @@ class Demands:
         if "recover" in tables:
             value, file = tables["recover"]
             if not isinstance(value, dict):
-                raise InputError("recover is no table", file=file, hint="write [recover]")
+                raise InputError("recover is not a table", file=file, hint="write [recover]")
             made["recovery"] = recovery_of(value, file)
         return cls(**made)
 
@@ -132,11 +128,7 @@ class Demands:
         )
 
     def check(self, cell: Cell) -> None:
-        """Check that the cell has everything that the demands name.
-
-        Raises:
-            InputError: A variable is unknown (the hint has similar names), or cannot have a value.
-        """
+        """Check that the cell has everything that the demands name."""
         Stimulus(Path(self.start_file), list(self.start)).check(cell)
         before = cell.program.snapshot()
         for path in (*self.buttons, *self.switches, *self.values):
@@ -178,14 +170,14 @@ def _operator(table: Any, file: Path) -> dict[str, Any]:
     for key in ("buttons", "switches"):
         names = table.get(key, [])
         if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
-            raise InputError(f"[operator]: {key} is no list of inputs", file=file)
+            raise InputError(f"[operator]: {key} is not a list of inputs", file=file)
         made[key] = tuple(names)
     values = table.get("values", {})
     if not isinstance(values, dict) or not all(
         isinstance(one, list) and one for one in values.values()
     ):
         hint = 'write values = { "Main.Speed" = [5.0, 50.0] }'
-        raise InputError("[operator]: values is no table of lists", file=file, hint=hint)
+        raise InputError("[operator]: values is not a table of lists", file=file, hint=hint)
     made["values"] = {path: tuple(several) for path, several in values.items()}
     paths = (*made["buttons"], *made["switches"], *values)
     made["places"] = {path: (str(file), _line(file, path)) for path in paths}
@@ -209,7 +201,7 @@ def _faults(table: Any, file: Path) -> dict[str, Any]:
     key = "only" if "only" in table else "leave_out"
     names = table.get(key, [])
     if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
-        raise InputError(f"[faults]: {key} is no list of faults", file=file)
+        raise InputError(f"[faults]: {key} is not a list of faults", file=file)
     for name in names:
         if name not in FAULTS:
             hint, line = near(name, FAULTS, "faults are"), line_of(file, f"faults.{key}")
@@ -223,7 +215,7 @@ def _faults(table: Any, file: Path) -> dict[str, Any]:
 
 def _check_keys(table: Any, keys: Sequence[str], name: str, file: Path) -> None:
     if not isinstance(table, dict):
-        raise InputError(f"{name} is no table", file=file, hint=f"write [{name}]")
+        raise InputError(f"{name} is not a table", file=file, hint=f"write [{name}]")
     check_keys(table, keys, f"[{name}]", file, every="keys are")
 
 

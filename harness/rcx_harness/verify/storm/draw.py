@@ -43,12 +43,8 @@ def draw_storms(
 ) -> list[Storm]:
     """Return the storms of a seed. The caller lets a recovery follow each of them.
 
-    Args:
-        demands: What the operator can do, and what can fail.
-        seed: The seed, which determines everything.
-        controllers: The number of controllers of the cell.
-        scan_us: The period of the PLC [us]. Most times are multiples of it.
-        moments: The times of changes in the first storm and in later storms without faults.
+    The seed determines everything. `moments` are the times of changes in the first storm and in
+    later storms without faults.
     """
     random = Random(f"storms {seed}")
     first, others = moments

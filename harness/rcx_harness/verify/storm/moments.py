@@ -28,11 +28,7 @@ def moments(
 ) -> Moments:
     """Return the times at which states and flags of the user's blocks change without any fault.
 
-    Args:
-        course: The course of a cell at its beginning.
-        start: The good run, if any.
-        length_us: The length of storms [us].
-        library: Names of types, in upper case, whose members are ignored.
+    `library` has names of types, in upper case, whose members are ignored.
     """
     course.wanted = ""
     length_us = min(length_us, _LONGEST_US)

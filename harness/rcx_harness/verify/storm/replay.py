@@ -17,7 +17,7 @@ from rcx_harness.verify.storm.storms import Failure, kind_of
 from structured_text.output.replays import MARK
 from structured_text.output.units import format_us
 
-__all__ = ["MARK", "Replay", "Replayed", "replay", "replay_of"]
+__all__ = ["Replay", "Replayed", "replay", "replay_of"]
 
 #: The chart shows this many of the latest changes of variables, and of all changes.
 _TOLD, _LATEST = 18, 12
@@ -28,10 +28,6 @@ class Replay:
     """A failing run that can be replayed.
 
     Attributes:
-        text: The stimulus file.
-        duration_us: The duration of the run [us].
-        seed: The seed of the cell.
-        kind: The kind of the failure.
         told: The failure as a sentence.
     """
 
@@ -60,12 +56,7 @@ def replay_of(
 ) -> Replay:
     """Return the replay of a run that has failed.
 
-    Args:
-        done: The actions on the cell.
-        failure: The failure.
-        expect: The condition that did not hold. Empty: the run itself reports the failure.
-        seed: The seed of the cell.
-        scan_us: The period of the PLC [us].
+    `expect` is the condition that did not hold; empty if the run itself reports the failure.
     """
     entries = sorted((one for one in done if one.t_us <= failure.t_us), key=lambda one: one.t_us)
     after_us = failure.t_us + min(1_000, scan_us // 2)
@@ -78,13 +69,7 @@ def replay_of(
 
 
 def replay(cells: Cells, one: Replay, stimulus: Stimulus) -> Replayed:
-    """Run a replay, checked by the rules, its own expectations and the properties.
-
-    Args:
-        cells: Builds the cells.
-        one: The replay.
-        stimulus: Its text as a file.
-    """
+    """Run a replay, checked by the rules, its own expectations and the properties."""
     with cells.cell(one.seed) as cell:
         told_of = Course(cell, cells.demands).paths(one.kind)
     inputs = [path for entry in stimulus.entries for path in entry.values]

@@ -28,12 +28,8 @@ def shrink(
 ) -> tuple[list[Storm], Failure]:
     """Find a shorter run that fails in the same way.
 
-    Args:
-        run: Runs storms, and raises the failure that they cause.
-        storms: The storms that fail.
-        failure: Their failure. A shorter run must fail with the same kind.
-        tries: The number of runs that may be tried.
-        tried: Called after each of them.
+    `run` runs storms and raises the failure that they cause. At most `tries` runs are tried, and
+    `tried` is called after each of them.
 
     Returns:
         The storms of the shortest run found, and its failure.

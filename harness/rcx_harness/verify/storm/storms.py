@@ -13,7 +13,7 @@ from rcx_harness.cell.stimulus import Entry
 from rcx_harness.robot import Violation
 from structured_text.output.units import format_us
 
-__all__ = ["Failure", "Run", "Storm", "kind_of"]
+__all__ = ["Failure", "Storm", "StormRun", "kind_of"]
 
 #: The run is checked at this interval during a storm [us].
 _SLICE_US = 500_000
@@ -47,12 +47,8 @@ def kind_of(violation: Violation) -> str:
     return f"rule {violation.rule}" + (f" of {name}" if of_block else "")
 
 
-class Run(ABC):
-    """Storms on a cell, each followed by rest and recovery.
-
-    Args:
-        cell: The cell at its beginning.
-    """
+class StormRun(ABC):
+    """Storms on a cell, each followed by rest and recovery."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
@@ -85,11 +81,7 @@ class Run(ABC):
         """Do something after a storm when the cell works again; default: nothing."""
 
     def of(self, storms: Sequence[Storm]) -> None:
-        """Run storms one after the other.
-
-        Raises:
-            Failure: The first failure.
-        """
+        """Run storms one after the other."""
         self.begin()
         for storm in storms:
             self.weather(storm)

@@ -73,14 +73,8 @@ Failing = dict[int, dict[str, str]]
 def injects(names: Sequence[str], controllers: int, hold_us: int) -> list[Inject]:
     """Return the injections that a user names.
 
-    Args:
-        names: Events (`link_down`, at every controller; `link_down@2`), or inputs with a value
-            (`Main.CellSafe=false`).
-        controllers: The number of controllers of the cell.
-        hold_us: How long a lasting injection is held [us].
-
-    Raises:
-        InputError: The event, controller or value does not exist.
+    A name is an event (`link_down`, at every controller; `link_down@2`), or an input with a value
+    (`Main.CellSafe=false`). A lasting injection is held for `hold_us`.
     """
     found: list[Inject] = []
     for name in names:
@@ -213,11 +207,7 @@ class _Worker:
 
 
 def _go_to(course: Course, scan: int) -> None:
-    """Run the course until shortly after a scan of the good run.
-
-    Raises:
-        InputError: The good run fails.
-    """
+    """Run the course until shortly after a scan of the good run."""
     cell = course.cell
     if cell.scans <= scan:
         cell.scan(scan + 1 - cell.scans)

@@ -11,10 +11,17 @@ from functools import partial
 from pathlib import Path
 
 from rcx_tools.docs.blocks.examples import program, snippets, stimulus
-from rcx_tools.docs.blocks.page import CHART_MARK, MARK, block_chart, block_page, functions_page
+from rcx_tools.docs.blocks.page import (
+    CHART_MARK,
+    MARK,
+    block_chart,
+    block_page,
+    functions_page,
+    tasks,
+)
 from rcx_tools.docs.blocks.source import ROOT, pous
 
-__all__ = ["files", "files_of", "leftovers"]
+__all__ = ["files", "files_of", "leftovers", "tasks"]
 
 _GENERATED = (
     MARK,

@@ -59,6 +59,8 @@ class Snippet:
         size: Bytes of the areas.
         frame: Inputs of FB_ReadArea and FB_WriteArea that differ from the usual ones.
         show: More lanes of the chart: `SI06`, `n+34.0 SI(20)`, `m+4 SOW(2)`, `Main.Connected`.
+        lanes: All lanes of the chart, as in plc/examples/charts.toml; the chart is then true to
+            scale. Empty: the pins and signals that change, with a column for each change.
         buttons: More push buttons than Start; the events set them.
         last: Outputs are read at the end of the run, not when the block has ended.
     """
@@ -72,6 +74,7 @@ class Snippet:
     size: int = 48
     frame: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     show: tuple[str, ...] = ()
+    lanes: tuple[str, ...] = ()
     buttons: tuple[str, ...] = ()
     last: bool = False
 
@@ -164,6 +167,7 @@ def _snippet(
     before: Sequence[str] = (),
     events: Sequence[Mapping[str, Any]] = (),
     show: Sequence[str] = (),
+    lanes: Sequence[str] = (),
     buttons: Sequence[str] = (),
     after: bool = False,
     instance: str = "",
@@ -179,6 +183,7 @@ def _snippet(
         first,
         events=tuple(events),
         show=tuple(show),
+        lanes=tuple(lanes),
         buttons=tuple(buttons),
         **rest,
     )

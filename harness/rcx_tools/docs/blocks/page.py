@@ -19,7 +19,7 @@ from rcx_tools.docs.processes import processes
 from rcx_tools.library import library
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page"]
+__all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page", "tasks"]
 
 #: First line of every generated file of docs/reference/blocks.
 MARK = "<!-- generated from plc/lib, spec/ and docs/reference/blocks/snippets.toml by `make docs`"
@@ -37,12 +37,16 @@ _ZERO = {
     "DWORD": "16#00000000",
 }
 _DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8}
+#: Tests that run for each command block in turn.
+_OF_ALL_COMMANDS = ("tests/command/test_command_blocks.py",)
 _WHOLE = "Complete program, stimulus, robot"
 
 
 def block_chart(name: str) -> str:
     """Return the timing chart of a block's example as SVG."""
     run = run_of(name)
+    if run.scaled:
+        return run.scaled.chart(CHART_MARK)
     begin, end, rest = svg_chart(run.timeline, name).partition("\n")
     return f"{begin}{end}{CHART_MARK}\n{rest}"
 
@@ -96,7 +100,8 @@ def _facts(pou: Pou) -> Iterator[str]:
     yield "|---|---|"
     yield f"| Source | {_file(pou.file)} |"
     yield f"| Tests | {_tests(pou)} |"
-    yield f"| Run them | `.venv/bin/python -m pytest {' '.join(pou.tests)}` |"
+    only = f" -k {pou.name}" if pou.tests == _OF_ALL_COMMANDS else ""
+    yield f"| Run them | `.venv/bin/python -m pytest {' '.join(pou.tests)}{only}` |"
     block = library().blocks.get(pou.name)
     if pou.section:
         titles = [f"{one.title} command" for one in block.commands] if block else []
@@ -148,14 +153,19 @@ def _alternatives() -> list[dict[str, str]]:
     return table
 
 
+def tasks() -> dict[str, list[str]]:
+    """Return the blocks for each task of a user."""
+    found: dict[str, list[str]] = load_toml(FOLDER / "tasks.toml")
+    return found
+
+
 def _choices(name: str) -> Iterator[str]:
     """Yield a table that says when to use a block and each similar block."""
-    rows = {
-        other: text
-        for choice in _alternatives()
-        if name in choice
-        for other, text in ((name, choice[name]), *choice.items())
-    }
+    rows: dict[str, str] = {}
+    for choice in _alternatives():
+        if name in choice:
+            for other, text in ((name, choice[name]), *choice.items()):
+                rows.setdefault(other, text)  # the first choice says it in general
     if not rows:
         return
     yield "\n## When to use it\n\n| Block | It |\n|---|---|"

@@ -38,6 +38,17 @@ code { font: 7.4pt "DejaVu Sans Mono", Consolas, monospace; }
 .small { font-size: 6.8pt; line-height: 1.2; }
 .small code { font-size: 6.6pt; }
 @media screen { body { padding: 8mm; font-size: 11px; } }
+@media screen and (max-width: 700px) {
+  body { padding: 3mm; }
+  .two { grid-template-columns: 1fr; }
+  .codes { column-count: 1; }
+  .fill { flex-wrap: wrap; }
+  .fill span { flex: 1 0 28%; }
+}
+@media screen and (prefers-color-scheme: dark) {
+  html, body { background: #121a23; color: #dde5ee; }
+  h2, .fill span { border-color: #dde5ee; }
+}
 """
 
 _STATUS = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from rcx_harness.trace.chart import Lane, Timeline
 from rcx_tools.docs.blocks.examples import FOLDER, START_US, Snippet, program, snippets, stimulus
 from rcx_tools.docs.blocks.source import CONTRACT
 from rcx_tools.docs.blocks.tracks import DRAWN, not_too_many, tracks_of
+from rcx_tools.docs.examples import ChartSpec, Recorder
 from structured_text.errors import InputError
 
 __all__ = ["Run", "run_of", "run_snippet"]
@@ -26,6 +27,8 @@ _ROBOT = FOLDER / "programs/robot.toml"
 _LONGEST_US = 20_000_000
 #: Run time of a block without an end from its start; of any other block after its end.
 _AFTER_US = 300_000
+#: A chart that is true to scale begins so long before the start of the block.
+_BEFORE_US = 100_000
 
 #: WORD pins that repeat a BOOL, or a table of the page, as a number.
 _NUMBERS = ("ErrorID", "AlarmGroup", "AlarmCategory", "Code")
@@ -44,6 +47,7 @@ class Run:
         outputs: The block's own outputs at its end, by name.
         took_us: Time from the start of the block to its end; None without a start.
         seconds: Time that `rcx run` needs to show the same, as text.
+        scaled: Recorder of the chart that is true to scale; None if the example has no such chart.
     """
 
     snippet: Snippet
@@ -52,6 +56,7 @@ class Run:
     outputs: dict[str, Any]
     took_us: int | None
     seconds: str
+    scaled: Recorder | None = None
 
     @property
     def timeline(self) -> Timeline:
@@ -113,8 +118,12 @@ def _run(snippet: Snippet, source: Path, events: Path, engine: str) -> Run:
     flags = [f"Main.{instance}.{pin.name}" for pin in shown]
     flags += [one for one in snippet.show if one.startswith("Main.") and one not in flags]
     size = snippet.size
-    with Cell.build(source, engine=engine, robot=_ROBOT, size=size, watch=flags) as cell:
+    recorder = Recorder(ChartSpec(snippet.pou.name, 0, 0, snippet.lanes)) if snippet.lanes else None
+    watch = [*flags, *(recorder.watch if recorder else ())]
+    with Cell.build(source, engine=engine, robot=_ROBOT, size=size, watch=watch) as cell:
         tracks = list(tracks_of(snippet, flags))
+        if recorder:
+            recorder.listen(cell)
         for track in tracks:
             cell.trace.listen(track.take)
         Stimulus.load(events).schedule(cell)
@@ -139,7 +148,9 @@ def _run(snippet: Snippet, source: Path, events: Path, engine: str) -> Run:
     lanes = tuple(track.lane_of(begin) for track in few)
     took = end - begin if snippet.pou.pin("Execute") or snippet.pou.pin("Enable") else None
     seconds = f"{-(-last // 500_000) / 2:g}s"
-    return Run(snippet, lanes, tuple(left_out), outputs, took, seconds)
+    if recorder:
+        recorder.spec = replace(recorder.spec, begin_us=begin - _BEFORE_US, end_us=last)
+    return Run(snippet, lanes, tuple(left_out), outputs, took, seconds, recorder)
 
 
 def _may(snippet: Snippet) -> tuple[str, ...]:

@@ -27,7 +27,8 @@ from rcx_tools.evidence.campaign.run import compiled, run_storms
 from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
 from rcx_tools.evidence.results import FOLDER, write_result
-from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.farm import Farm
 
 __all__ = ["main"]

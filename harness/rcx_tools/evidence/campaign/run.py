@@ -11,7 +11,7 @@ from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Entry
 from rcx_harness.spec.wire import SIZE
 from rcx_harness.trace import Record, Scan
-from rcx_harness.verify.storm.storms import Run, Storm
+from rcx_harness.verify.storm.storms import Storm, StormRun
 from rcx_tools.evidence.campaign.commands import COMMANDS
 from rcx_tools.evidence.campaign.judge import SEQUENCES, Judge
 from rcx_tools.evidence.campaign.outcome import Outcome
@@ -67,7 +67,7 @@ def run_storms(
         return run.outcome
 
 
-class _Run(Run):
+class _Run(StormRun):
     def __init__(self, station: Station) -> None:
         super().__init__(station)
         self.station = station

@@ -15,19 +15,17 @@ from typing import Any
 from rich.console import Console
 
 from rcx_tools.evidence.coverage.run import Run, run_tests
-from rcx_tools.evidence.coverage.text import folder_table, full_text
+from rcx_tools.evidence.results import ROOT
 from structured_text.coverage.measure import FileResult, Share, measure
 from structured_text.coverage.output import write_report
 from structured_text.coverage.parts import Part, merge, part_of
-from structured_text.coverage.report import gaps, totals
+from structured_text.coverage.report import gaps, summary, totals
 from structured_text.engines.builtin.collector import Collector
 from structured_text.engines.builtin.coverage import Plan
 from structured_text.language.load import checked
 from structured_text.output.toml_files import load_toml
 
 __all__ = ["figures", "main", "reasons", "uncounted"]
-
-ROOT = Path(__file__).resolve().parents[4]
 
 #: Folders and files for which MC/DC is required.
 MCDC_FILES = ("area/", "core/", "sequence/", "command/FB_RemoteCommand.st")
@@ -115,7 +113,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parts = [*json.loads(counts.read_text(encoding="utf-8")), uncounted(library)]
     results = measure(merge(parts), library, reasons(ROOT / REASONS), MCDC_FILES)
     write_report(results, folder, _LIBRARY, library, absolute=True)
-    (folder / "coverage.txt").write_text(full_text(results, _LIBRARY, REASONS), encoding="utf-8")
+    lines = [summary(results, 160)]
+    for title, justified in (("Gaps", False), ("Justified", True)):
+        lines += [f"\n{title}:", *(f"  {gap}" for gap in gaps(results, justified=justified))]
+    (folder / "coverage.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
     met = run.clean and not gaps(results)
     data = {"command": "make coverage", "figures": figures(results, run), "met": met}
     verification = options.out / "verification"
@@ -137,7 +138,8 @@ def _print(console: Console, results: Sequence[FileResult], run: Run, folder: Pa
     if not run.clean:
         console.print(run.output, markup=False)
     console.print(f"{run.passed} tests passed, {run.failed} failed, {run.skipped} skipped\n")
-    console.print(folder_table(results, _LIBRARY))
+    for name, share in totals(results).items():
+        console.print(f"{name}: {share.percent:.2f} % ({share.covered} of {share.total})")
     found = gaps(results)
     console.print(f"\ngaps: {len(found) or 'none'}; with a reason: ", end="")
     console.print(len(gaps(results, justified=True)))

@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import subprocess
-import sys
-from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from rcx_tools.evidence.running_tests import run_pytest
+from structured_text.output.programs import environment
 
 __all__ = ["FOLDERS", "Run", "run_tests"]
 
@@ -25,11 +24,7 @@ FOLDERS = (
 #: Tests at the pace of the real clock; they execute nothing that the others do not.
 _LEFT_OUT = ("tests/cell/test_live.py",)
 
-_PERCENT = re.compile(r"\[ *(\d+)%\]")
 _COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped)")
-_LAST_LINES = 40
-#: Steps of the progress messages without a terminal [%].
-_STEP = 20
 
 
 @dataclass(frozen=True)
@@ -60,54 +55,19 @@ def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
     counts.parent.mkdir(parents=True)
     counts.write_text("[]", encoding="utf-8")
     folders = [f"tests/{name}" for name in FOLDERS if (root / "tests" / name).is_dir()]
-    command = [sys.executable, "-m", "pytest", "-q", "-n", workers, "--dist", "worksteal"]
-    command += ["--color=no", "-p", "no:cacheprovider", *folders]
-    command += [f"--ignore={path}" for path in _LEFT_OUT]
-    command += ["-p", "rcx_tools.evidence.coverage.counting", "--counts", str(counts)]
-    command += ["--count-below", str(root / "plc" / "lib")]
-    environment = _environment()
-    last: deque[str] = deque(maxlen=_LAST_LINES)
-    progress = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:.0f} %"),
-        TimeElapsedColumn(),
-        console=console,
-        transient=True,
-    )
-    with (
-        progress,
-        subprocess.Popen(
-            command,
-            cwd=root,
-            env=environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        ) as process,
-    ):
-        task = progress.add_task("tests with coverage", total=100)
-        told = 0
-        assert process.stdout is not None
-        for line in process.stdout:
-            last.append(line.rstrip())
-            found = _PERCENT.search(line)
-            if found:
-                progress.update(task, completed=int(found[1]))
-                if not console.is_terminal and int(found[1]) >= told + _STEP:
-                    told = int(found[1])
-                    console.print(f"tests with coverage: {told} %")
-    return _ended(process.returncode, list(last))
+    arguments = ["-p", "no:cacheprovider", *folders]
+    arguments += [f"--ignore={path}" for path in _LEFT_OUT]
+    arguments += ["-p", "rcx_tools.evidence.coverage.counting", "--counts", str(counts)]
+    arguments += ["--count-below", str(root / "plc" / "lib")]
+    title, own = "tests with coverage", _environment()
+    return _ended(*run_pytest(title, arguments, console, workers=workers, environment=own))
 
 
 def _environment() -> dict[str, str]:
     """Return the environment without matiec, so that every program runs on the counting engine."""
-    environment = dict(os.environ)
-    environment.pop("RCX_MATIEC", None)
-    path = environment.get("PATH", "").split(os.pathsep)
-    kept = [entry for entry in path if not (Path(entry) / "iec2c").exists()]
-    environment["PATH"] = os.pathsep.join(kept)
-    return environment
+    path = os.environ.get("PATH", "").split(os.pathsep)
+    without_matiec = [entry for entry in path if not (Path(entry) / "iec2c").exists()]
+    return environment(without=["RCX_MATIEC"], PATH=os.pathsep.join(without_matiec))
 
 
 def _ended(code: int, lines: list[str]) -> Run:

@@ -1,77 +1,142 @@
 """Explore the models in several processes, print the figures and write them.
 
-Each outcome is saved at once. A later run uses it again if none of its inputs has changed.
+Each good outcome is saved at once. A later run uses it again if none of its inputs has changed.
 """
 
 from __future__ import annotations
 
 import argparse
 import gc
-import json
-import multiprocessing
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from queue import Queue
 from tempfile import TemporaryDirectory
-from threading import Thread
-from typing import NamedTuple
+from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from rcx_tools.evidence.explore import interlock
 from rcx_tools.evidence.explore.interlock import InterlockModel
-from rcx_tools.evidence.explore.known import AnyModel, Done, Found, Known
+from rcx_tools.evidence.explore.model import Model
 from rcx_tools.evidence.explore.models import MODELS
-from rcx_tools.evidence.explore.models_small import SMALL
 from rcx_tools.evidence.explore.replay import replay
 from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
-from rcx_tools.evidence.results import ROOT
+from rcx_tools.evidence.results import FOLDER, ROOT, write_result
 from structured_text.explore.search import Broken, Result
 from structured_text.farm import Farm
+from structured_text.output.results import Results, digest
 from structured_text.output.system import processors
+from structured_text.projects.needed import needed
 
-__all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "items_of", "main", "without_collector"]
+__all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "Item", "Known", "items", "main"]
+
+#: A model of the blocks on one robot, or of robots at one area.
+AnyModel = Model | InterlockModel
+#: The outcome of an item: the fields of `Result`, the broken rules, the scans up to them, and the
+#: processor time [s].
+Outcome = dict[str, Any]
 
 #: The folder of the saved outcomes.
-OUT = ROOT / "out/verification"
-_SEEDS = "seeded bugs"
-EVERY_MODEL: dict[str, AnyModel] = {
-    model.name: model for model in (*MODELS, *SMALL, *interlock.MODELS)
-}
+OUT = FOLDER
+EVERY_MODEL: dict[str, AnyModel] = {model.name: model for model in (*MODELS, *interlock.MODELS)}
 EVERY_BUG = (*SEEDED, *interlock.SEEDED)
+#: Inputs of an outcome beside the blocks: modules of the harness, with the grammar.
+RULES = (
+    *(f"structured_text/{name}" for name in ("engines", "explore", "language", "projects")),
+    "rcx_harness/verify/explore/state_tables.py",
+    "rcx_tools/evidence/explore",
+)
 
 
-class _Task(NamedTuple):
-    """The common settings of all explorations: see the arguments of the command."""
+@dataclass(frozen=True)
+class Item:
+    """A model to explore, or a seeded bug to find in it."""
+
+    model: str
+    bug: Seeded | None = None
+
+    @property
+    def name(self) -> str:
+        """Return the name for people."""
+        return f"seeded: {self.bug.name}" if self.bug else self.model
+
+    def is_good(self, outcome: Outcome) -> bool:
+        """Return whether the model is complete without a broken rule, or the bug was found."""
+        if self.bug is not None:
+            return any(rule.startswith(self.bug.rule) for rule in outcome["rules"])
+        return outcome["complete"] and not outcome["rules"]
+
+
+def items(models: Iterable[AnyModel]) -> list[Item]:
+    """Return all items, so that no long one comes last.
+
+    Models on one robot come first, beginning with the most choices.
+    """
+
+    def size(model: AnyModel) -> int:
+        return 0 if isinstance(model, InterlockModel) else len(model.choices())
+
+    found = [Item(model.name) for model in sorted(models, key=size, reverse=True)]
+    names = {item.model for item in found}
+    return [*found, *(Item(bug.model, bug) for bug in EVERY_BUG if bug.model in names)]
+
+
+class Known:
+    """Saved outcomes of complete models without a broken rule, and of bugs that were found.
+
+    Args:
+        file: The file of the outcomes.
+        seed: Seed of the checks of the abstraction.
+        fresh: Forget the saved outcomes.
+    """
+
+    def __init__(self, file: Path, seed: int, *, fresh: bool = False) -> None:
+        self._seed, self._results = seed, Results(file, fresh=fresh)
+        places = [ROOT / "harness" / name for name in RULES]
+        every = (one for place in places for one in [place, *place.rglob("*")])
+        self._rules = [one for one in every if one.suffix in (".py", ".lark")]
+
+    def get(self, item: Item) -> Outcome | None:
+        """Return the saved outcome of an item, or None."""
+        return self._results.get(self._key(item))
+
+    def keep(self, item: Item, outcome: Outcome) -> None:
+        """Save an outcome if it is good."""
+        if item.is_good(outcome):
+            self._results.add({"key": self._key(item), **outcome})
+
+    def _key(self, item: Item) -> str:
+        with TemporaryDirectory() as folder:
+            files = needed([EVERY_MODEL[item.model].write(Path(folder))], LIBRARY)
+        return f"{item} {digest(ROOT, [*files, *self._rules])} {self._seed}"
+
+
+@dataclass(frozen=True)
+class _Exploring:
+    """Worker that explores a model, or searches for a seeded bug; see the command's arguments."""
 
     library: tuple[Path, ...]
     limit: int
     seed: int
 
-
-#: Progress of a model: its name, explored states, known states.
-_Report = tuple[str, int, int]
-
-
-@dataclass(frozen=True)
-class _Exploring:
-    """Worker that explores a model, or searches for a seeded bug, by its name."""
-
-    task: _Task
-    reports: Queue[_Report | None]
-
-    def __call__(self, item: tuple[str, bool]) -> Done | Found:
-        name, is_bug = item
-        with without_collector():
-            if is_bug:
-                return _look_for(name, self.task.library)
-            return _explore(name, self.task, self.reports)
+    def __call__(self, item: Item) -> Outcome:
+        began, model, library = time.process_time(), EVERY_MODEL[item.model], self.library
+        with TemporaryDirectory() as folder, without_collector():
+            if item.bug is not None:
+                library = tuple(item.bug.library(Path(folder), library))
+            result = _search(model, library, 0 if item.bug else self.limit, self.seed)
+            broken, result.broken = result.broken, None
+            replayed = () if broken is None else _draw(item, model, broken, library)
+        return {
+            **asdict(result),
+            "rules": replayed if item.bug or broken is None else broken.rules,
+            "scans": len(broken.path) if broken else 0,
+            "seconds": round(time.process_time() - began, 1),
+        }
 
 
 @contextmanager
@@ -90,176 +155,21 @@ def without_collector() -> Iterator[None]:
             gc.enable()
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0 if every model is complete and no rule is broken."""
-    parser = argparse.ArgumentParser(
-        prog="python -m rcx_tools.evidence.explore", description=__doc__
-    )
-    names = list(EVERY_MODEL)
-    parser.add_argument("models", nargs="*", metavar="MODEL", help=f"of {', '.join(names)}; all")
-    parser.add_argument("--jobs", type=int, default=min(2, processors()))
-    parser.add_argument("--limit", type=int, default=0, help="most states of a model; 0 = all")
-    parser.add_argument("--lib", type=Path, help="another copy of plc/lib")
-    parser.add_argument("--fresh", action="store_true", help="forget the outcomes of earlier runs")
-    parser.add_argument("--seed", type=int, default=1, help="of the checks of the abstraction")
-    chosen = parser.parse_args(arguments)
-    unknown = set(chosen.models) - set(names)
-    if unknown:
-        parser.error(f"no model {', '.join(sorted(unknown))}; there are {', '.join(names)}")
-    models = [one for one in EVERY_MODEL.values() if not chosen.models or one.name in chosen.models]
-    seeded = [bug for bug in EVERY_BUG if bug.model in {model.name for model in models}]
-    console = Console()
-    started = time.monotonic()
-    library = LIBRARY if chosen.lib is None else tuple(sorted(chosen.lib.rglob("*.st")))
-    task = _Task(library, chosen.limit, chosen.seed)
-    known = Known(OUT / "explore.jsonl", chosen.seed, library, fresh=chosen.fresh)
-    done, found = _run(models, seeded, chosen.jobs, task, known, console)
-    seconds = time.monotonic() - started
-    _print(console, done, found, seconds)
-    met = all(one.result.met for one in done) and all(one.scans for one in found)
-    if not chosen.models and not chosen.limit:
-        _write(done, found, met)
-    return 0 if met else 1
-
-
-def _run(
-    models: Sequence[AnyModel],
-    seeded: Sequence[Seeded],
-    jobs: int,
-    task: _Task,
-    known: Known,
-    console: Console,
-) -> tuple[list[Done], list[Found]]:
-    """Explore all models and search for all seeded bugs, in several processes."""
-    columns = (
-        TextColumn("{task.description:<12}"),
-        BarColumn(24),
-        TextColumn("{task.completed:>7,.0f} of {task.total:>7,.0f} {task.fields[what]}"),
-        TimeElapsedColumn(),
-    )
-    outcomes: dict[str, Done | Found] = {}
-    for model in models:
-        if (done := known.model(model)) is not None:
-            outcomes[model.name] = done
-    for bug in seeded:
-        if (found := known.bug(bug, EVERY_MODEL[bug.model])) is not None:
-            outcomes[bug.name] = found
-    for name, outcome in outcomes.items():
-        console.print(f"{name}: known from an earlier run ({_line(outcome)})")
-    missing = [one for one in items_of(models, seeded) if one[0] not in outcomes]
-    with (
-        multiprocessing.get_context("spawn").Manager() as manager,
-        Progress(*columns, console=console, transient=True) as progress,
-    ):
-        reports: Queue[_Report | None] = manager.Queue()
-        showing = Thread(target=_show, args=(progress, reports))
-        showing.start()
-        if seeded:
-            bar = progress.add_task(_SEEDS, what="looked for", total=len(seeded))
-        try:
-            for (name, _), outcome in Farm(jobs).as_ready(_Exploring(task, reports), missing):
-                outcomes[name] = outcome
-                known.keep(outcome, _model_of(outcome))
-                progress.console.print(_line(outcome))
-                if seeded:
-                    progress.update(bar, completed=sum(bug.name in outcomes for bug in seeded))
-        finally:
-            reports.put(None)
-            showing.join()
-    names = [*(model.name for model in models), *(bug.name for bug in seeded)]
-    every = [outcomes[name] for name in names]
-    return (
-        [one for one in every if isinstance(one, Done)],
-        [one for one in every if isinstance(one, Found)],
-    )
-
-
-def items_of(models: Sequence[AnyModel], seeded: Sequence[Seeded]) -> list[tuple[str, bool]]:
-    """Return all items, each with "is it a seeded bug", so that no long one comes last.
-
-    Models on one robot come first, beginning with the most choices.
-    """
-
-    def size(model: AnyModel) -> int:
-        return 0 if isinstance(model, InterlockModel) else len(model.choices())
-
-    longest = sorted(models, key=size, reverse=True)
-    return [*((one.name, False) for one in longest), *((one.name, True) for one in seeded)]
-
-
-def _show(progress: Progress, reports: Queue[_Report | None]) -> None:
-    """Show the progress of each model until the queue ends with None."""
-    bars: dict[str, TaskID] = {}
-    for name, number, states in iter(reports.get, None):
-        if name not in bars:
-            bars[name] = progress.add_task(name, what="known states", total=1)
-        progress.update(bars[name], completed=number, total=states)
-
-
-def _model_of(outcome: Done | Found) -> AnyModel:
-    """Return the model that was explored."""
-    return EVERY_MODEL[outcome.result.model if isinstance(outcome, Done) else outcome.bug.model]
-
-
-def _line(done: Done | Found) -> str:
-    """Return the line that is printed as soon as an outcome is known."""
-    if isinstance(done, Found):
-        return f"seeded: {done.bug.name}: {f'{done.scans} scans' if done.scans else 'NOT FOUND'}"
-    one = done.result
-    text = f"{one.model}: {one.states:,} states, {one.transitions:,} transitions"
-    return f"{text}, {f'BROKEN: {one.broken.rules[0]}' if one.broken else 'no rule broken'}"
-
-
-def _explore(name: str, task: _Task, reports: Queue[_Report | None]) -> Done:
-    """Explore one model; a broken rule is replayed and written as trace and chart."""
-    model, started = EVERY_MODEL[name], time.process_time()
-    result = _search(
-        model,
-        task.library,
-        task.limit,
-        task.seed,
-        lambda at, known: reports.put((name, at, known)),
-    )
-    if result.broken is not None:
-        _draw(model, result.broken, task.library, name)
-        result.broken = replace(result.broken, quiet=None)
-    return Done(result, time.process_time() - started)
-
-
-def _search(
-    model: AnyModel,
-    library: Sequence[Path],
-    limit: int = 0,
-    seed: int = 1,
-    report: Callable[[int, int], None] | None = None,
-) -> Result:
+def _search(model: AnyModel, library: Sequence[Path], limit: int, seed: int) -> Result:
     """Explore a model, to its end or to this number of states."""
     if isinstance(model, InterlockModel):
-        return interlock.explored(model, library, limit, seed, report)
-    return Explorer(model, library, seed).run(limit, report)
+        return interlock.explored(model, library, limit, seed)
+    return Explorer(model, library, seed).run(limit)
 
 
-def _look_for(name: str, library: Sequence[Path]) -> Found:
-    """Explore the model that should find a seeded bug, and replay the trace it finds."""
-    bug = next(bug for bug in EVERY_BUG if bug.name == name)
-    model = EVERY_MODEL[bug.model]
-    with TemporaryDirectory() as folder:
-        changed = bug.library(Path(folder), library)
-        result = _search(model, changed)
-        if result.broken is None:
-            return Found(bug, 0, result.states, ())
-        rules = _draw(model, result.broken, changed, f"seeded_{EVERY_BUG.index(bug) + 1:02}")
-    known = any(rule.startswith(bug.rule) for rule in rules)
-    return Found(bug, len(result.broken.path) if known else 0, result.states, rules)
-
-
-def _draw(model: AnyModel, broken: Broken, library: Sequence[Path], name: str) -> tuple[str, ...]:
+def _draw(item: Item, model: AnyModel, broken: Broken, library: Sequence[Path]) -> tuple[str, ...]:
     """Replay a trace and write it with its chart; return the rules that the replay breaks.
 
     A trace of robots at one area is written in words.
     """
     folder = OUT / "explore"
     folder.mkdir(parents=True, exist_ok=True)
+    name = f"seeded_{EVERY_BUG.index(item.bug) + 1:02}" if item.bug else item.model
     if isinstance(model, InterlockModel):
         rules = interlock.replay(model, broken, library)
         text = "\n".join([*interlock.told(broken.path), *rules])
@@ -271,67 +181,108 @@ def _draw(model: AnyModel, broken: Broken, library: Sequence[Path], name: str) -
     return tuple(shown.rules)
 
 
-def _print(console: Console, done: Sequence[Done], found: Sequence[Found], seconds: float) -> None:
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0 if every model is complete and no rule is broken."""
+    parser = argparse.ArgumentParser(
+        prog="python -m rcx_tools.evidence.explore", description=__doc__
+    )
+    names = list(EVERY_MODEL)
+    parser.add_argument("models", nargs="*", metavar="MODEL", help=f"of {', '.join(names)}; all")
+    parser.add_argument("--jobs", type=int, default=min(2, processors()))
+    parser.add_argument("--limit", type=int, default=0, help="most states of a model; 0 = all")
+    parser.add_argument("--lib", type=Path, help="another copy of plc/lib; nothing is saved")
+    parser.add_argument("--fresh", action="store_true", help="forget the outcomes of earlier runs")
+    parser.add_argument("--seed", type=int, default=1, help="of the checks of the abstraction")
+    chosen = parser.parse_args(arguments)
+    unknown = set(chosen.models) - set(names)
+    if unknown:
+        parser.error(f"no model {', '.join(sorted(unknown))}; there are {', '.join(names)}")
+    wanted = chosen.models or names
+    work = items(one for name, one in EVERY_MODEL.items() if name in wanted)
+    console = Console(highlight=False)
+    started = time.monotonic()
+    outcomes = _outcomes(work, chosen, console)
+    _print(console, outcomes)
+    seconds = time.monotonic() - started
+    console.print(f"{seconds:.0f} s; traces and charts of broken rules: out/verification/explore")
+    met = all(item.is_good(outcome) for item, outcome in outcomes.items())
+    if not chosen.models and not chosen.limit:
+        write_result("explore", _figures(outcomes), met=met)
+    return 0 if met else 1
+
+
+def _outcomes(
+    work: Sequence[Item], chosen: argparse.Namespace, console: Console
+) -> dict[Item, Outcome]:
+    """Return the outcome of every item, in their order; run those that are not saved."""
+    own = chosen.lib is None
+    library = LIBRARY if own else tuple(sorted(chosen.lib.rglob("*.st")))
+    known = Known(OUT / "explore.jsonl", chosen.seed, fresh=chosen.fresh) if own else None
+    found = {item: one for item in work if known and (one := known.get(item)) is not None}
+    for item, outcome in found.items():
+        console.print(f"{item.name}: known from an earlier run; {_verdict(item, outcome)}")
+    missing = [item for item in work if item not in found]
+    exploring = _Exploring(library, chosen.limit, chosen.seed)
+    for item, outcome in Farm(chosen.jobs).as_ready(exploring, missing):
+        found[item] = outcome
+        if known is not None:
+            known.keep(item, outcome)
+        console.print(f"{item.name} ({len(found)} of {len(work)}): {_verdict(item, outcome)}")
+    return {item: found[item] for item in work}
+
+
+def _verdict(item: Item, outcome: Outcome) -> str:
+    if item.bug is not None:
+        told = "" if item.is_good(outcome) else "NOT FOUND "
+        return f"{told}after {outcome['scans']} scans: {' '.join(outcome['rules'][:1])}"
+    if outcome["rules"]:
+        return f"BROKEN after {outcome['scans']} scans: {outcome['rules'][0]}"
+    return "all states, no rule broken" if outcome["complete"] else "not complete"
+
+
+def _print(console: Console, outcomes: Mapping[Item, Outcome]) -> None:
     table = Table("model", "states", "transitions", "depth", "quiet after", "processor", "result")
     for column in table.columns[1:6]:
         column.justify = "right"
-    for one in done:
-        result, took, model = one.result, one.seconds, _model_of(one)
-        bound = max(result.bounds.values(), default=0)
-        told = f"{bound} scans, {bound * model.tick_ms} ms" if result.complete else "-"
-        verdict = "all states, no rule broken" if result.met else "not complete"
-        if result.broken is not None:
-            verdict = f"BROKEN after {len(result.broken.path)} scans: {result.broken.rules[0]}"
-        numbers = (f"{result.states:,}", f"{result.transitions:,}", str(result.depth))
-        table.add_row(model.name, *numbers, told, f"{took:.0f} s", verdict)
+    for item, one in outcomes.items():
+        bound = max(one["bounds"].values(), default=0)
+        told = f"{bound} scans, {bound * EVERY_MODEL[item.model].tick_ms} ms" if bound > 0 else "-"
+        numbers = (f"{one['states']:,}", f"{one['transitions']:,}", str(one["depth"]))
+        table.add_row(item.name, *numbers, told, f"{one['seconds']:.0f} s", _verdict(item, one))
     console.print(table)
-    if found:
-        table = Table("seeded bug", "block", "scans", "found as")
-        for bug, scans, _, rules in found:
-            told = rules[0] if scans else f"NOT FOUND {' '.join(rules)}"
-            table.add_row(bug.name, bug.block, str(scans), told)
-        console.print(table)
-    console.print(f"{seconds:.0f} s; traces and charts of broken rules: out/verification/explore")
 
 
-def _end(model: AnyModel) -> str:
+def _end(item: Item) -> str:
     """Return the end of waiting: a free channel, or a robot that is granted the area."""
-    return "granted" if isinstance(model, InterlockModel) else "free"
+    return "granted" if isinstance(EVERY_MODEL[item.model], InterlockModel) else "free"
 
 
-def _longest(done: Sequence[Done], end: str) -> int:
-    mine = (one.result.bounds.values() for one in done if _end(_model_of(one)) == end)
-    return max((bound for bounds in mine for bound in bounds), default=0)
+def _figures(outcomes: Mapping[Item, Outcome]) -> dict[str, Any]:
+    models = {item: one for item, one in outcomes.items() if item.bug is None}
+    bugs = {item: one for item, one in outcomes.items() if item.bug is not None}
 
+    def longest(end: str) -> int:
+        bounds = [one["bounds"].values() for item, one in models.items() if _end(item) == end]
+        return max((bound for some in bounds for bound in some), default=0)
 
-def _write(done: Sequence[Done], found: Sequence[Found], met: bool) -> None:
-    figures = {
-        "states": sum(one.result.states for one in done),
-        "transitions": sum(one.result.transitions for one in done),
-        "checked_abstractions": sum(one.result.checked for one in done),
-        **{f"longest_until_{end}_scans": _longest(done, end) for end in ("free", "granted")},
-        "broken_rules": sum(one.result.broken is not None for one in done),
-        "seeded_bugs": len(found),
-        "seeded_bugs_found": sum(bool(one.scans) for one in found),
-        "processor_seconds": round(sum(one.seconds for one in done)),
+    return {
+        "states": sum(one["states"] for one in models.values()),
+        "transitions": sum(one["transitions"] for one in models.values()),
+        "checked_abstractions": sum(one["checked"] for one in models.values()),
+        **{f"longest_until_{end}_scans": longest(end) for end in ("free", "granted")},
+        "broken_rules": sum(bool(one["rules"]) for one in models.values()),
+        "seeded_bugs": len(bugs),
+        "seeded_bugs_found": sum(item.is_good(one) for item, one in bugs.items()),
+        "processor_seconds": round(sum(one["seconds"] for one in models.values())),
         "models": {
-            _model_of(one).name: {
-                "title": _model_of(one).title,
-                "states": one.result.states,
-                "transitions": one.result.transitions,
-                "cut": one.result.cut,
-                "depth_scans": one.result.depth,
-                "complete": one.result.complete,
-                "tick_ms": _model_of(one).tick_ms,
-                "bounds_scans": one.result.bounds,
-                "until": _end(_model_of(one)),
-                "broken": list(one.result.broken.rules) if one.result.broken else [],
-                "processor_seconds": round(one.seconds),
+            item.model: {
+                **one,
+                "title": EVERY_MODEL[item.model].title,
+                "tick_ms": EVERY_MODEL[item.model].tick_ms,
+                "bounds_scans": one["bounds"],
+                "until": _end(item),
             }
-            for one in done
+            for item, one in models.items()
         },
-        "seeded": {one.bug.name: {"scans": one.scans, "rules": one.rules} for one in found},
+        "seeded": {item.name: one for item, one in bugs.items()},
     }
-    OUT.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"command": "make explore", "figures": figures, "met": met}, indent=1)
-    (OUT / "explore.json").write_text(text + "\n", encoding="utf-8")

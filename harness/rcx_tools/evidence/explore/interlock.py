@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import tempfile
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations, product
@@ -26,6 +26,7 @@ from pathlib import Path
 from random import Random
 from typing import Any, ClassVar, NamedTuple
 
+from rcx_tools.evidence.broken import BUGS, bugs
 from rcx_tools.evidence.explore.search import LIBRARY, longest
 from rcx_tools.evidence.explore.seeded import Seeded
 from structured_text.engines.builtin import BuiltinProgram
@@ -242,10 +243,6 @@ class _World(World[_Choice]):
         self._states.setdefault(key, state)
         return key
 
-    def known_as(self, state: bytes) -> bytes:
-        """Return the state itself."""
-        return state
-
     def _freeze(self) -> tuple[Any, ...]:
         area = self._area
         origin = area.FIRST
@@ -448,11 +445,10 @@ def explored(
     library: Sequence[Path] = LIBRARY,
     limit: int = 0,
     seed: int = 1,
-    report: Callable[[int, int], None] | None = None,
 ) -> Result:
     """Explore a model, to its end or to this number of states."""
     world = _World(model, library)
-    return Search(world, world.every, seed).run(model.name, limit, report=report)
+    return Search(world, world.every, seed).run(model.name, limit)
 
 
 def replay(
@@ -481,34 +477,4 @@ def told(path: Sequence[_Choice]) -> list[str]:
     ]
 
 
-def _bug(name: str, text: str, instead: str, model: str, rule: str) -> Seeded:
-    return Seeded(name, "FB_Interlock", text, instead, model, rule)
-
-
-SEEDED = (
-    _bug("two hold it", "Known AND Others = UINT#0 THEN", "Known THEN", "entry", "safety"),
-    _bug("granted in the first scan", "AND NOT (Known AND Outside)", "AND NOT Outside",
-         "entry", "safety"),
-    _bug("a loss gives the area back", " OR (Holds AND WasReady AND Loss <> WORD#16#0000)", "",
-         "loss", "safety"),
-    _bug("Acknowledge is not asked for", "AND NOT Granted AND NOT Kept", "AND NOT Granted",
-         "loss", "safety"),
-    _bug("Acknowledge that is held counts", "NOT Edge.Q", "NOT Acknowledge", "loss", "safety"),
-    _bug("released while it is inside", "Holds AND Outside AND NOT Granted",
-         "Holds AND NOT Granted", "entry", "safety"),
-    _bug("an intruder is not seen", "Valid := Granted AND Others = UINT#0;", "Valid := Granted;",
-         "entry", "safety"),
-    _bug("an intruder ends the grant for good", "Valid := Granted AND Others = UINT#0;",
-         "Valid := Granted AND Others = UINT#0 AND (Valid OR Waiting OR NOT Busy);",
-         "entry", "hang"),
-    _bug("no turns", "IF Ticket = Area.First THEN\n      Holds", "IF TRUE THEN\n      Holds",
-         "entry", "turn"),
-    _bug("those who have gone are waited for",
-         " OR (Area.First = WasFirst AND Area.Beat = WasBeat)", "", "gone", "wait"),
-    _bug("a place is kept for one that is not called", " OR Seen <> Robot.Inner.Scan", "",
-         "gone", "turn"),
-    _bug("it asks again by itself", "IF NOT Enable THEN",
-         "IF NOT Enable OR Loss = WORD#16#0000 THEN", "loss", "restart"),
-    _bug("goes on without Acknowledge", "ELSIF Kept THEN", "ELSIF FALSE THEN", "loss", "kept"),
-    _bug("the limit does not end it", "    Busy := FALSE;\n", "", "limit", "contract"),
-)  # fmt: skip
+SEEDED = tuple(bugs([BUGS / "interlock.toml"], Seeded))

@@ -287,6 +287,27 @@ RETRIES = Model(
     queue=8,
 )  # fmt: skip
 
+#: Two small models quickly find errors that need many scans to appear.
+ALONE = replace(
+    COMMANDS,
+    name="alone",
+    title="one remote command, with any status and a link that stays",
+    blocks=COMMANDS.blocks[:1],
+    situations=COMMANDS.situations[:4],
+)
+
+STOPPED = replace(
+    JOG,
+    name="stopped",
+    title="a jog that is stopped, a longer margin: the next command waits for SI(06)",
+    blocks=tuple(replace(block, does=(DOWN, UP)) for block in JOG.blocks),
+    situations=JOG.situations[:4],
+    quiet=JOG.quiet[:2],
+    pins=((True, True),),
+    margin_ms=50,
+)
+
 MODELS = (
     COMMANDS, ARBITRATION, JOG, CONTINUOUS, SEQUENCES, INPUTS, EMERGENCY, STOP, JOBS, RETRIES,
+    ALONE, STOPPED,
 )  # fmt: skip

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rcx_harness.spec.wire import CYCLE_US, SIZE
-from rcx_harness.trace import Record, Scan, Trace, Violation
-from rcx_harness.trace.chart import Lane, Timeline
+from rcx_harness.trace import Scan, Trace, Violation
+from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_harness.watch.wire import WireMonitor, word
+from rcx_harness.watch.wire import WireMonitor
 from rcx_tools.evidence.explore.model import Choice, Model
 from rcx_tools.evidence.explore.oracle import Oracle
 from rcx_tools.evidence.explore.search import LIBRARY, compiled, quiet_choices
@@ -42,35 +42,6 @@ class Replay:
         return svg_chart(self.timeline, title)
 
 
-class _Lanes(Timeline):
-    """Chart with the blocks' pins and the first data word, which the trace is about."""
-
-    def __init__(self, pins: Sequence[str]) -> None:
-        super().__init__()
-        self._first = Lane("Data word n + 2", "word")
-        self._more = {name: Lane(name, "variable") for name in pins}
-
-    def take(self, record: Record) -> None:
-        """Add the next record of the run."""
-        super().take(record)
-        if isinstance(record, Scan):
-            values = {name: int((record.vars or {})[name]) for name in self._more}
-            for lane, value in (
-                (self._first, word(record.si, 2)),
-                *((self._more[name], value) for name, value in values.items()),
-            ):
-                lane.note(record.t_us, value)
-
-    def lanes(self) -> list[Lane]:
-        """Return the pins that changed, then the signals."""
-        pins = [lane for lane in self._more.values() if lane.changes]
-        bits: list[Lane] = []
-        last: list[Lane] = []
-        for lane in super().lanes():
-            (bits if lane.kind in ("input", "output") else last).append(lane)
-        return [*pins, *bits, self._first, *last]
-
-
 def replay(
     model: Model, broken: Broken, library: Sequence[Path] = LIBRARY, file: Path | None = None
 ) -> Replay:
@@ -85,12 +56,13 @@ def replay(
     program = compiled(model, library)
     oracle = Oracle(model, program.holder("Main"))
     header = {"scan_us": model.tick_ms * 1000, "cycle_us": CYCLE_US, "size": SIZE, "seed": 0}
-    trace = Trace({**header, "engine": "builtin", "link": "explored"}, file)
-    timeline = _Lanes(_pins(model))
+    watch = [f"Main.{name}" for name in _watched(model)]
+    watched = {path: program.type_of(path) for path in watch}
+    trace = Trace({**header, "engine": "builtin", "link": "explored"}, file, watched=watched)
+    timeline = Timeline(trace)
     trace.listen(timeline.take)
     shown = Replay(trace, timeline)
-    watch = _watched(model)
-    look = program.reader([f"Main.{name}" for name in watch])
+    look = program.reader(watch)
     monitor, memory, now_us = WireMonitor(), oracle.initial(), 0
     hanging = None if broken.quiet is None else quiet_choices(model, broken.quiet)
     for number in range(len(broken.path) + (0 if hanging is None else _SHOWN)):
@@ -121,22 +93,15 @@ def replay(
     return shown
 
 
-def _pins(model: Model) -> list[str]:
-    """Return the pins that a chart shows."""
-    names = ["Connected", "StopOk"]
-    for block in model.blocks:
-        names += [f"Call{block.name}", f"{block.name}.{block.start}"]
-        end = "Valid" if block.is_level else "Done"
-        names += [f"{block.name}.{pin}" for pin in ("Busy", end, "Error")]
-    return names
-
-
 def _watched(model: Model) -> list[str]:
     """Return the pins of the blocks, and the variables that show who has the turns."""
-    names = [*_pins(model), "EmergencyStopOk", "Robot.Inner.Phase"]
+    names = ["Connected", "StopOk", "EmergencyStopOk"]
+    for block in model.blocks:
+        pins = ("Busy", "Valid" if block.is_level else "Done", "Error", "ErrorID")
+        names += [f"Call{block.name}", *(f"{block.name}.{pin}" for pin in (block.start, *pins))]
     for channel in ("Command", "Sequence"):
         names += [f"Robot.Inner.{channel}.Serving", f"Robot.Inner.{channel}.NextTicket"]
-    return names + [f"{block.name}.ErrorID" for block in model.blocks]
+    return [*names, "Robot.Inner.Phase"]
 
 
 def _apply(program: Program, choice: Choice) -> None:

@@ -11,14 +11,14 @@ from random import Random
 from struct import Struct
 from typing import Any, NamedTuple
 
-from rcx_harness.verify.explore.kept import TABLES
+from rcx_harness.verify.explore.state_tables import TABLES
+from rcx_tools.evidence.explore.abstraction import ModelAbstraction
 from rcx_tools.evidence.explore.contract import Seen
 from rcx_tools.evidence.explore.model import Choice, Model, Quiet, Wire
 from rcx_tools.evidence.explore.oracle import Oracle
 from rcx_tools.evidence.explore.stages import End, Stages
 from rcx_tools.evidence.results import ROOT
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.explore.abstraction import Abstraction
 from structured_text.explore.search import Broken, Paths, Result, Search, World
 from structured_text.language.load import load
 from structured_text.projects.needed import needed
@@ -61,8 +61,8 @@ class Explorer(World[Choice]):
         self._model, self._seed = model, seed
         self.program = compiled(model, library)
         ticks = max(2, -(-model.longest_ms // model.tick_ms))
-        self._state = Abstraction(
-            self.program, model.tick_ms * 1000, ticks, model.free(), tables=TABLES
+        self._state = ModelAbstraction(
+            self.program, model.tick_ms * 1000, ticks, model.free(), TABLES
         )
         self._root: Any = self._state.root
         self._oracle = Oracle(model, self._root)
@@ -80,10 +80,10 @@ class Explorer(World[Choice]):
         self._idle = [bytearray([1]), bytearray([1])]
         self._now_quiet: list[Choice] = []
 
-    def run(self, limit: int = 0, report: Callable[[int, int], None] | None = None) -> Result:
+    def run(self, limit: int = 0) -> Result:
         """Explore every state; see `Search.run`."""
         search = Search(self, self._choices, self._seed)
-        return search.run(self._model.name, limit, report=report)
+        return search.run(self._model.name, limit)
 
     def first(self) -> bytes:
         """Return the initial state."""

@@ -17,9 +17,10 @@ from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import Any, NamedTuple
 
+from rcx_tools.evidence.explore.abstraction import ModelAbstraction
 from rcx_tools.evidence.explore.model import Choice, Model
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.explore.abstraction import NOW_US, Abstraction
+from structured_text.explore.abstraction import NOW_US
 
 __all__ = ["End", "Stages"]
 
@@ -75,7 +76,7 @@ class Stages:
         self,
         model: Model,
         program: BuiltinProgram,
-        state: Abstraction,
+        state: ModelAbstraction,
         shared: Callable[[], Any],
         notes: Sequence[Callable[[], Any]],
     ) -> None:

@@ -36,10 +36,11 @@ from rich.console import Console
 from rcx_tools.evidence.mutants.harness import KINDS, HarnessRun
 from rcx_tools.evidence.mutants.library import LibraryRun
 from rcx_tools.evidence.mutants.pool import PATIENCE_S
+from rcx_tools.evidence.mutants.printing import print_report
 from rcx_tools.evidence.mutants.tiers import QUICK_GOAL, print_quick_tier
 from structured_text.errors import InputError
 from structured_text.mutants.judging import Judging
-from structured_text.mutants.report import print_report, write_rows
+from structured_text.mutants.report import write_rows
 from structured_text.output.results import Results
 
 __all__ = ["main"]

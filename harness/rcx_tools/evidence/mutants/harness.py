@@ -44,7 +44,7 @@ from rcx_tools.evidence.mutants.tables import (
 )
 from rcx_tools.evidence.mutants.tiers import quick_tier
 from structured_text.errors import InputError
-from structured_text.mutants.judging import Judging, Task
+from structured_text.mutants.judging import Judging, MutantTask
 from structured_text.mutants.mutant import Mutant
 from structured_text.mutants.report import Judged, Reasons, figures
 from structured_text.output.progress import progress_bar
@@ -213,11 +213,11 @@ class HarnessRun:
         folder = copies.original / "out"
         folder.mkdir(exist_ok=True)
 
-        def run(task: Task) -> None:
+        def run(task: MutantTask) -> None:
             copies.traced(task.tests, lambda traced: _write(folder / f"{task.key}.json", traced))
 
         nothing = Mutant("", "the original", "", 0, "", "", "", None)
-        tasks = [Task(nothing, shard, _PATIENCE_S, str(k)) for k, shard in enumerate(shards)]
+        tasks = [MutantTask(nothing, shard, _PATIENCE_S, str(k)) for k, shard in enumerate(shards)]
         with progress_bar(self._judging.console) as progress:
             bar = progress.add_task("the harness as it is", total=len(files), told="")
             for outcome in run_tasks(tasks, run, self._options.jobs):
@@ -267,7 +267,8 @@ class HarnessRun:
         tasks = []
         for bug, mutant in rows:
             ran = self._about([mutant], bug.tests, baseline)
-            tests = [node for node, about in ran.items() if mutant.pou.upper() in about]
+            name = mutant.pou.upper()
+            tests = [node for node, about in ran.items() if bug.of_library or name in about]
             tasks.append(self._task(mutant, tests, baseline))
         judges = Judges(
             self._states, baseline.ran, baseline.seconds, exhaustive=baseline.exhaustive
@@ -287,13 +288,13 @@ class HarnessRun:
         marks = {entry: marks_of(entry, tables) for entry in entries}
         return {node: _marked(node, marks) for node in ran}
 
-    def _task(self, mutant: Mutant, tests: Sequence[str], baseline: Baseline) -> Task:
+    def _task(self, mutant: Mutant, tests: Sequence[str], baseline: Baseline) -> MutantTask:
         """Return a task; for a table its key includes the generator of the library."""
         around = ""
         if _is_table(mutant.file):
             around = digest(self._root, (self._root / "harness/rcx_tools/library").glob("*.py"))
         seconds = sum(baseline.seconds[node] for node in tests) / _TRACED
-        return Task(mutant, tuple(tests), seconds, f"{mutant.identity}{around}")
+        return MutantTask(mutant, tuple(tests), seconds, f"{mutant.identity}{around}")
 
     def _mutants(self, kind: Kind, file: Path) -> list[Mutant]:
         text = file.read_text(encoding="utf-8")
@@ -315,9 +316,9 @@ class HarnessRun:
         return spread([node for node in ran if _file(node) in naming], _OTHERS)
 
     def _judged(
-        self, copies: Copies, title: str, tasks: list[Task], judges: Judges
+        self, copies: Copies, title: str, tasks: list[MutantTask], judges: Judges
     ) -> dict[str, Any]:
-        def run(task: Task) -> str | None:
+        def run(task: MutantTask) -> str | None:
             mutant = task.mutant
             nodes = judges.ordered(mutant.pou, task.tests, _own(mutant.file, judges.ran))
             changed = {mutant.file: mutant.text}

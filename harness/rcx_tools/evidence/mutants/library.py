@@ -25,10 +25,10 @@ from rcx_tools.evidence.mutants.suite import (
     remove_folders,
 )
 from rcx_tools.evidence.mutants.tiers import quick_tier
+from rcx_tools.evidence.mutants.workshop import Workshop
 from rcx_tools.library import files as generated_files
 from rcx_tools.library.alarm_texts import text_files
-from structured_text.mutants.engine import Workshop
-from structured_text.mutants.judging import Judging, Task
+from structured_text.mutants.judging import Judging, MutantTask
 from structured_text.mutants.mutant import Mutant, Mutants
 from structured_text.mutants.report import Reasons, figures
 from structured_text.output.progress import progress_bar
@@ -85,7 +85,7 @@ class LibraryRun:
         mutants = Mutants(self._root, self._library)
         tasks = self._tasks(mutants, judges, named)
 
-        def run(task: Task) -> str | None:
+        def run(task: MutantTask) -> str | None:
             mutant = task.mutant
             file = self._root / mutant.file
             private_folder(config, f"mutant{os.getpid()}")
@@ -161,7 +161,7 @@ class LibraryRun:
 
     def _tasks(
         self, mutants: Mutants, judges: Judges, named: dict[Path, tuple[str, ...]]
-    ) -> list[Task]:
+    ) -> list[MutantTask]:
         tasks = []
         for file in self._wanted():
             others = [one for one in needed([file], self._library) if one != file]
@@ -170,7 +170,7 @@ class LibraryRun:
                 tests = judges.of(mutant.pou, named[file])
                 seconds = sum(judges.seconds[node] for node in tests)
                 key = f"{mutant.identity}-{around[:8]}"
-                tasks.append(Task(mutant, tests, seconds, key))
+                tasks.append(MutantTask(mutant, tests, seconds, key))
         return tasks
 
     def _wanted(self) -> list[Path]:

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 
 from structured_text.errors import InputError
-from structured_text.mutants.judging import ENDLESS, Outcome, Task
+from structured_text.mutants.judging import ENDLESS, MutantTask, Outcome
 from structured_text.output.system import copied, copy_ended
 
 __all__ = ["PATIENCE_S", "run_tasks"]
@@ -20,19 +20,19 @@ _SLOWER, PATIENCE_S = 4.0, 15.0
 class _Pool:
     def __init__(
         self,
-        run: Callable[[Task], str | None],
+        run: Callable[[MutantTask], str | None],
         ended: Callable[[int], None],
         patience_s: float,
     ) -> None:
         self._run = run
         self._patience_s = patience_s
         self._told = ended
-        self._running: dict[int, tuple[Task, int]] = {}
+        self._running: dict[int, tuple[MutantTask, int]] = {}
 
     def __len__(self) -> int:
         return len(self._running)
 
-    def start(self, task: Task) -> None:
+    def start(self, task: MutantTask) -> None:
         reading, writing = os.pipe()
 
         def work() -> None:
@@ -60,8 +60,8 @@ class _Pool:
 
 
 def run_tasks(
-    tasks: Iterable[Task],
-    run: Callable[[Task], str | None],
+    tasks: Iterable[MutantTask],
+    run: Callable[[MutantTask], str | None],
     jobs: int,
     ended: Callable[[int], None] = lambda pid: None,
     patience_s: float = PATIENCE_S,

@@ -75,7 +75,7 @@ class _Runner:
         died: Run[Any],
         prepare: Callable[[], None] = lambda: None,
     ) -> dict[str, Any]:
-        """Return the outcomes by key; take `good` ones from earlier runs if their files exist.
+        """Return the outcomes by key; take `good` ones from earlier runs.
 
         Args:
             title: The title of the progress bar.
@@ -84,12 +84,7 @@ class _Runner:
             died: Gives the outcome of a job after its process has died.
             prepare: Is called once before the first job, if any job has to run.
         """
-        found = {
-            job.key: known
-            for job in work
-            if (known := self._known.get(job.key))
-            and all(Path(file).exists() for file in (known.get("run") or {}).get("files", ()))
-        }
+        found = {job.key: known for job in work if (known := self._known.get(job.key))}
         missing: list[HasKey] = [job for job in work if job.key not in found]
         if missing:
             prepare()

@@ -13,7 +13,8 @@ import z3
 
 from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
 from structured_text.language.types import ArrayType, Type
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import Value
 
 __all__ = [

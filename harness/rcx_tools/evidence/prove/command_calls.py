@@ -13,8 +13,8 @@ from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.pin_telegrams import WORDS, char_code
 from rcx_tools.evidence.prove.tickets.model import keeps_turn
 from structured_text.language.types import ArrayType, EnumType
-from structured_text.prove.machine import Path
 from structured_text.prove.reals import Real
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.texts import Text
 from structured_text.prove.values import Value
 

@@ -11,7 +11,8 @@ from rcx_tools.evidence.prove.invariants import ABNORMAL
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.outline import is_outside
 from structured_text.language.types import BlockType, EnumType
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import Value
 
 __all__ = ["COLLECTS", "inside", "keeps"]

@@ -32,7 +32,8 @@ from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.restart import CARRIERS
 from structured_text.prove import reals, texts
 from structured_text.prove.logic import both, truth
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import Value, scalar
 
 __all__ = ["PROPERTIES", "kind_of"]

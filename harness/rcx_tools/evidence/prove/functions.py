@@ -26,7 +26,8 @@ from rcx_tools.evidence.prove.summaries import (
 from structured_text.language import tree as t
 from structured_text.prove import reals
 from structured_text.prove.logic import UnsupportedError, both, negated
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import TIME_BITS, anything, scalar
 
 __all__ = ["PROPERTIES"]

@@ -15,7 +15,8 @@ import z3
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import ANY, COMMAND_RUN, RELEASES, REQUESTS, law_of
 from rcx_tools.evidence.prove.property import Goal, Property
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import Value
 
 __all__ = [

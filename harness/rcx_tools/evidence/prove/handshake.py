@@ -21,7 +21,8 @@ from rcx_tools.evidence.prove.invariants import View, alarms
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.restart import CARRIERS, agrees, answers, jobs_of, known, shows
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import Value
 
 __all__ = ["PROPERTIES"]

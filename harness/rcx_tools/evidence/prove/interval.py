@@ -18,7 +18,8 @@ from rcx_tools.evidence.prove.guarantee import INNER, WRITERS
 from rcx_tools.evidence.prove.image import wire
 from rcx_tools.evidence.prove.library import BLOCK, Library, Step, milliseconds
 from rcx_tools.evidence.prove.property import Goal, Property
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import TIME_BITS, Value
 
 __all__ = ["PROPERTIES"]

@@ -19,7 +19,8 @@ from structured_text.language.standard import BLOCKS
 from structured_text.language.types import BlockType, EnumType
 from structured_text.language.walk import written
 from structured_text.prove.logic import UnsupportedError
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import Value, concrete
 
 __all__ = [

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import signal
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +28,12 @@ from rcx_tools.evidence.prove import (
     tickets,
 )
 from rcx_tools.evidence.prove.library import Library
-from rcx_tools.evidence.prove.property import Goal, Property
+from rcx_tools.evidence.prove.property import Property
 from rcx_tools.evidence.prove.running import DIED
+from rcx_tools.evidence.prove.solve import ask
 from rcx_tools.evidence.prove.sources import module_of, prover_state
 from structured_text.errors import InputError
-from structured_text.prove.logic import UnsupportedError
-from structured_text.prove.solve import PROVED, REFUTED, UNKNOWN, ask
+from structured_text.prove.logic import PROVED, REFUTED, UNKNOWN, UnsupportedError
 
 __all__ = [
     "PROPERTIES",
@@ -68,14 +68,6 @@ PROPERTIES: tuple[Property, ...] = (
 
 #: Real time beyond the limit after which the process of a hanging goal is ended [s].
 _HANGS = 120
-
-
-#: Terms of a goal, by name.
-Shown = Callable[[Goal], Mapping[str, Any]]
-
-
-def _no_more(_: Goal) -> Mapping[str, Any]:
-    return {}
 
 
 @dataclass(frozen=True)
@@ -135,10 +127,10 @@ def run(job: Job) -> dict[str, Any]:
     return _judged(job, answers(job, library_at(job.folder)))
 
 
-def run_until_broken(job: Job, library: Library, also: Shown = _no_more) -> dict[str, Any]:
+def run_until_broken(job: Job, library: Library) -> dict[str, Any]:
     """Ask the solver like `run`, but stop at the first goal that is not proved."""
     goals = []
-    for goal in answers(job, library, also):
+    for goal in answers(job, library):
         goals.append(goal)
         if goal["status"] != PROVED:
             break
@@ -155,21 +147,15 @@ def worst(statuses: Iterable[str]) -> str:
     return min(statuses, key=(REFUTED, UNKNOWN, PROVED).index, default=UNKNOWN)
 
 
-def answers(job: Job, library: Library, also: Shown = _no_more) -> Iterator[dict[str, Any]]:
-    """Yield the solver's answer to each goal; a goal that cannot be asked is unknown.
-
-    Args:
-        job: The part of a property.
-        library: The copy of the library that it is about.
-        also: Further terms to show for a goal that does not hold.
-    """
+def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
+    """Yield the solver's answer to each goal; a goal that cannot be asked is unknown."""
     z3.set_param("smt.random_seed", 0)
     z3.set_param("sat.random_seed", 0)
     _watch(job.limit_s)
     try:
         for goal in property_of(job.property).goals(library, job.part):
             _watch(job.limit_s)
-            answer = ask(goal.assumed, goal.claim, job.limit_s, partial(_shown, goal, also))
+            answer = ask(goal.assumed, goal.claim, job.limit_s, goal.show)
             yield {"goal": goal.name, **asdict(answer)}
             _watch(job.limit_s)
     except KeyError as error:
@@ -178,10 +164,6 @@ def answers(job: Job, library: Library, also: Shown = _no_more) -> Iterator[dict
         yield _unknown(job, str(error) or type(error).__name__)
     finally:
         _watch(None)
-
-
-def _shown(goal: Goal, also: Shown) -> Mapping[str, Any]:
-    return {**goal.show, **also(goal)}
 
 
 def _watch(limit_s: float | None) -> None:

@@ -20,7 +20,8 @@ from structured_text.language.parser import parse
 from structured_text.language.project import Project
 from structured_text.language.syntax import Source
 from structured_text.output.results import digest
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import TIME_BITS, Value
 
 __all__ = ["BLOCK", "IMAGE", "ROBOT", "Library", "Step", "milliseconds"]

@@ -16,8 +16,8 @@ from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.standard import BLOCKS
 from structured_text.prove.logic import Bool, both
-from structured_text.prove.machine import Alternatives, Call, Machine, Path
-from structured_text.prove.memory import Leaf
+from structured_text.prove.machine import Call, Machine
+from structured_text.prove.symbolic_memory import Alternatives, Leaf, Path
 from structured_text.prove.values import Value
 
 __all__ = [

@@ -24,8 +24,9 @@ from structured_text.language.printer import expression_text
 from structured_text.language.standard import BLOCKS
 from structured_text.output.toml_files import load_toml
 from structured_text.prove.logic import both
-from structured_text.prove.machine import Alternatives, Machine, Path
+from structured_text.prove.machine import Machine
 from structured_text.prove.overflow import Operation, Span
+from structured_text.prove.symbolic_memory import Alternatives, Path
 from structured_text.prove.values import TIME_BITS, anything, legal
 
 __all__ = ["PROPERTIES", "WRAPS", "Wrap", "none_leaves", "wraps"]

@@ -11,7 +11,7 @@ from rcx_tools.evidence.prove.guarantee import INNER, READERS, WRITERS, between
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.outline import ASKS, RELEASES
 from rcx_tools.evidence.prove.property import Goal, Property
-from structured_text.prove.machine import Path
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["PROPERTIES"]
 

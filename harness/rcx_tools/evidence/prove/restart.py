@@ -20,7 +20,8 @@ from rcx_tools.evidence.prove.invariants import ABNORMAL, View, alarms
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import OUTLINED, Outline, Outlined
 from rcx_tools.evidence.prove.property import Goal, Property
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 from structured_text.prove.values import Value
 
 __all__ = ["CARRIERS", "PROPERTIES", "agrees", "answers", "jobs_of", "known", "shows"]

@@ -19,7 +19,8 @@ from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.signs import by_sign
 from structured_text.language.types import ArrayType, EnumType
 from structured_text.prove import reals
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["PROPERTIES", "exactly", "impossible", "log_keeps", "rows_of"]
 

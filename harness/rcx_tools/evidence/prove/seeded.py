@@ -10,12 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import z3
-
 from rcx_tools.evidence import broken
-from rcx_tools.evidence.prove.claims import CLAIMS
-from rcx_tools.evidence.prove.environment import Hints
-from rcx_tools.evidence.prove.hunting import Found, Hunted, hunt
 from rcx_tools.evidence.prove.jobs import (
     PROPERTIES,
     Job,
@@ -25,13 +20,12 @@ from rcx_tools.evidence.prove.jobs import (
     rests_on,
     run_until_broken,
 )
-from rcx_tools.evidence.prove.library import BLOCK, Library
-from rcx_tools.evidence.prove.property import Goal
+from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.results import ROOT
 from structured_text.errors import InputError
 from structured_text.output.results import digest
-from structured_text.prove.solve import PROVED
+from structured_text.prove.logic import PROVED
 
 __all__ = [
     "BUGS",
@@ -40,18 +34,17 @@ __all__ = [
     "Task",
     "bugs",
     "chosen",
-    "constants",
     "died",
     "judge",
-    "pins",
     "summary",
     "tasks",
 ]
 
 #: The tables of bugs.
 BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
+_HERE = Path(__file__).parent
 #: The fields of each bug in the report.
-_ROW = ("name", "file", "breaks", "left_out", "seconds", "run")
+_ROW = ("name", "file", "breaks", "left_out", "seconds")
 #: For a property that must stay proved, only this many of the parts that a bug touches are tried:
 #: first those of the changed file, then those that depend on the least text.
 _STAYS = 2
@@ -74,10 +67,6 @@ SLOW: Mapping[str, tuple[str, ...]] = {
 }
 #: Time limit for a goal that a bug should break [s].
 _LIMIT_S = 20.0
-#: Prefix of the names of pin values, in addition to the values that a goal shows itself.
-_PIN = "pin "
-#: Modules that judge a bug, in addition to the proofs.
-_JUDGES = ("claims", "client", "environment", "hunting", "seeded")
 
 
 @dataclass(frozen=True)
@@ -171,7 +160,9 @@ def _task(library: Library, bug: Bug, parts: list[Job], folder: Path) -> Task:
     changed = library.in_file(bug.file)
     parts.sort(key=lambda job: job.part.upper() not in changed)
     names = library.state(library.named(bug.new))
-    rests = "\n".join([_own_state(), repr(bug), names, *(job.key for job in parts)])
+    rests = "\n".join(
+        [digest(_HERE, [Path(__file__)]), repr(bug), names, *(job.key for job in parts)]
+    )
     key = hashlib.sha256(rests.encode()).hexdigest()[:16]
     where = str(folder / bug.name)
     asked = [job for job in parts if job.property in bug.breaks]
@@ -195,12 +186,6 @@ def _is_slow(job: Job) -> bool:
     return job.property in SLOW and (not SLOW[job.property] or job.part in SLOW[job.property])
 
 
-def _own_state() -> str:
-    """Return a hash of the modules that judge, in addition to the proofs."""
-    files = (Path(__file__).with_name(f"{name}.py") for name in _JUDGES)
-    return digest(Path(__file__).parent, files)
-
-
 def judge(task: Task) -> dict[str, Any]:
     """Put the bug into a copy of the library; return which properties are still proved."""
     begin = time.monotonic()
@@ -215,7 +200,6 @@ def judge(task: Task) -> dict[str, Any]:
     except InputError as error:
         return _outcome(task, begin, {}, [f"it does not compile: {error}"])
     broken: dict[str, Any] = {}
-    hints: dict[tuple[str, ...], Any] = {}
     defects = []
     for item in sorted(PROPERTIES, key=lambda one: one.name not in task.bug.breaks):
         parts = [job for job in task.parts if job.property == item.name]
@@ -223,68 +207,21 @@ def judge(task: Task) -> dict[str, Any]:
         goal = _first_broken(parts, library)
         if goal is not None:
             broken[item.name] = goal
-            hints = dict(pins(goal)) | hints
         if expected and goal is None:
             defects.append(f"{item.name} is still proved")
         elif goal is not None and not expected:
             defects.append(f"{item.name} is not proved any more: {goal['part']} {goal['goal']}")
-    outcome = _outcome(task, begin, broken, defects)
-    if not defects:
-        run = _hunted(task, broken, hints, library, sound)
-        outcome |= {"run": None if run is None else asdict(run)}
-    return outcome | {"seconds": round(time.monotonic() - begin, 1)}
-
-
-def _hunted(
-    task: Task, broken: Mapping[str, Any], hints: Hints, library: Library, sound: Library
-) -> Found | None:
-    """Search for a run from the start that breaks a claim of the bug's properties."""
-    kinds = frozenset(kind for name in task.bug.breaks for kind in CLAIMS.get(name, ()))
-    if not kinds:
-        return None
-    names = {pou.upper(): pou for pou in (library.pou(name).name for name in library.blocks)}
-    near = {goal["part"] for goal in broken.values()} | library.in_file(task.bug.file)
-    own = tuple(names[name] for name in sorted(near & set(names)) if "AREA" not in name)
-    bug = Hunted(task.bug.name, task.bug.file, own, kinds, hints)
-    return hunt(bug, library, sound, Path(task.folder))
+    return _outcome(task, begin, broken, defects)
 
 
 def _first_broken(parts: Iterable[Job], library: Library) -> dict[str, Any] | None:
-    """Return the first goal that is not proved, with the pin values of its counterexample."""
+    """Return the first goal that is not proved."""
     for job in parts:
-        outcome = run_until_broken(job, library, constants)
+        outcome = run_until_broken(job, library)
         if outcome["status"] != PROVED:
             goal: dict[str, Any] = outcome["goals"][-1] if outcome["goals"] else {"goal": "none"}
             return {"part": job.part, **goal}
     return None
-
-
-def constants(goal: Goal) -> dict[str, Any]:
-    """Return the variables of the instance in a goal, by names that start with `_PIN`."""
-    seen: set[int] = set()
-    found: dict[str, Any] = {}
-    waiting = [term for term in (*goal.assumed, goal.claim) if not isinstance(term, bool)]
-    while waiting:
-        term = waiting.pop()
-        if term.get_id() in seen:
-            continue
-        seen.add(term.get_id())
-        if z3.is_const(term) and term.decl().kind() == z3.Z3_OP_UNINTERPRETED:
-            scalar = z3.is_bool(term) or z3.is_bv(term)
-            if scalar and str(term).startswith(f"{BLOCK[0]}.") and not str(term).endswith("'"):
-                found[f"{_PIN}{term}"] = term
-        waiting += term.children()
-    return found
-
-
-def pins(goal: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Move the pin values out of a broken goal; yield the place and value of each."""
-    values = goal.get("values", {})
-    for name in [name for name in values if name.startswith(_PIN)]:
-        path, _, number = name[len(_PIN) :].rpartition("!")
-        of_text = number.lstrip("0123456789").lstrip(".")  # len, or [3]
-        place = (*path.split(".")[1:], *filter(None, [of_text]))
-        yield place, values.pop(name)
 
 
 def died(task: Task) -> dict[str, Any]:
@@ -302,7 +239,6 @@ def _outcome(
         "broken": broken,
         "left_out": list(task.left_out),
         "defects": list(defects),
-        "run": None,
         "seconds": round(time.monotonic() - begin, 1),
     }
 
@@ -312,16 +248,9 @@ def summary(
 ) -> dict[str, Any]:
     """Return the figures; `whole`: all bugs were tried, so each property must be broken once."""
     rows = [judged[task.key] for task in work]
-    refuted = [row for row in rows if not row["defects"] and row["run"]]
     return {
         "tried": len(rows),
-        "refuted": len(refuted),
         "as_expected": sum(not row["defects"] for row in rows),
-        "unknown": [
-            {"name": row["name"], "broken": row["broken"]}
-            for row in rows
-            if not row["defects"] and not row["run"]
-        ],
         "defects": list(_defects(rows, whole=whole)),
         "bugs": [{name: row[name] for name in _ROW} for row in rows],
     }

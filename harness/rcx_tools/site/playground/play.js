@@ -26,6 +26,7 @@ seek("sliders").append(...Object.values(sliders).map((one) => one.label));
 let job = null; // what was chosen: title, size, m, n
 let worker = null;
 let number = 0; // of the last run
+let loaded = false; // is Python there?
 let running = false;
 let again = false;
 let dirty = false;
@@ -101,6 +102,7 @@ async function open() {
 // ---- Runs
 
 function begin() {
+  loaded = false;
   worker = new Worker("worker.js", { type: "module" });
   worker.onmessage = ({ data }) => hear(data);
   worker.onerror = (event) => hear({ failed: event.message ?? "the worker ended" });
@@ -117,7 +119,7 @@ function run() {
   const asked = current();
   const times = Object.fromEntries(["scan", "rpi", "for"].map((key) => [key, `${asked[key]}us`]));
   [again, dirty] = [false, false];
-  state(true, "running …");
+  state(true, loaded ? "running …" : "loading Python …");
   worker.postMessage({ id: ++number, job: JSON.stringify({ ...asked, ...times, name: asked.title }) });
 }
 
@@ -134,6 +136,9 @@ function hear(data) {
     worker?.terminate();
     worker = null;
     told(`it does not work here: ${data.failed}`);
+  } else if (data.loaded !== undefined || data.ready) {
+    loaded = Boolean(data.ready);
+    if (running) loading(data.ready ? 1 : data.loaded);
   } else if (data.trace) {
     save(data.trace, "trace.jsonl", "application/jsonl");
   } else if (data.id === number && data.share) {
@@ -143,6 +148,15 @@ function hear(data) {
     show(JSON.parse(data.told));
     if (again) run();
   }
+}
+
+/** Show the share of Python and harness that has come. */
+function loading(share) {
+  const percent = Math.floor(100 * share);
+  let said = loaded ? "running …" : `loading Python and the harness: ${percent} %`;
+  if (!loaded && share === 1) said = "starting Python …";
+  seek("progress").value = loaded ? 0 : share;
+  say(said);
 }
 
 function show(outcome) {
@@ -159,6 +173,7 @@ function show(outcome) {
   }
   page = outcome.page;
   seek("chart").srcdoc = page;
+  seek("wait").hidden = true;
   told(outcome.told);
   seek("broken").replaceChildren(...outcome.broken.map((text) => {
     const item = document.createElement("li");
@@ -179,7 +194,14 @@ function state(isRunning, said) {
   seek("stop").disabled = !isRunning;
   seek("progress").value = 0;
   seek("progress").classList.toggle("on", isRunning);
+  say(said);
+}
+
+/** Say what is going on; as long as there is no chart, in its place, too. */
+function say(said) {
   seek("state").textContent = said;
+  seek("wait").textContent = said;
+  seek("wait").hidden = Boolean(page) || !said;
 }
 
 const told = (text) => (seek("told").textContent = text);

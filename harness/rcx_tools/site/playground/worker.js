@@ -1,5 +1,6 @@
 // Runs jobs in a Python of its own, so that the page never waits.
-// Takes { id, job }; says { ready }, { id, share }, { id, told }, { id, trace }, { failed }.
+// Takes { id, job }; says { loaded } with a share while it loads, { ready }, { id, share },
+// { id, told }, { id, trace }, { failed }.
 import { loadPyodide } from "./python/pyodide.mjs";
 
 const BEGIN = `
@@ -9,9 +10,34 @@ from rcx_tools.site.drive import Runner
 runner = Runner(pathlib.Path("/cell"))
 `;
 
+// Bytes of what is fetched here; the build writes the number.
+const BYTES = Number("@BYTES@");
+
 const say = (message) => self.postMessage(message);
 
+/** Report the share of bytes that have come, of everything that this worker fetches. */
+function reportFetches() {
+  const fetched = self.fetch;
+  let received = 0;
+  let reported = 0;
+  self.fetch = async (...given) => {
+    const answer = await fetched(...given);
+    if (!answer.ok || !answer.body) return answer;
+    const counted = new TransformStream({
+      transform(piece, to) {
+        received += piece.byteLength;
+        const share = Math.min(1, received / BYTES);
+        if (share - reported >= 0.01) say({ loaded: (reported = share) });
+        to.enqueue(piece);
+      },
+    });
+    const { status, statusText, headers } = answer;
+    return new Response(answer.body.pipeThrough(counted), { status, statusText, headers });
+  };
+}
+
 async function begin() {
+  reportFetches();
   const archive = fetch("./harness.zip").then((answer) => {
     if (!answer.ok) throw new Error(`harness.zip: ${answer.status}`);
     return answer.arrayBuffer();

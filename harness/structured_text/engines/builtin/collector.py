@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from structured_text.output.paths import real
 
+__all__ = ["Collector", "Counted", "Counts", "Seen", "collecting", "counting"]
+
 if TYPE_CHECKING:
     from structured_text.engines.builtin.coverage import Decision, Plan
     from structured_text.language.project import Project
     from structured_text.language.tree import Pou
-
-__all__ = ["Collector", "Counted", "Counts", "collecting", "counting"]
 
 
 class Seen(dict[int, bool]):
@@ -81,11 +81,8 @@ class Counted(NamedTuple):
     """A POU with counters.
 
     Attributes:
-        file: The path of its file.
         hash: A hash of the file's content.
-        pou: The POU.
         plan: The numbers of its counters and decisions.
-        counts: The counters.
         sources: The sources of the program that were taken from this file.
     """
 
@@ -100,9 +97,7 @@ class Counted(NamedTuple):
 class Collector:
     """The counts of all sources below a folder.
 
-    Args:
-        folder: The folder of the sources; None for all sources.
-        library: Whether libraries count, too.
+    Without `folder` all sources are counted; libraries only count with `library`.
 
     Attributes:
         elsewhere: Engines without counters that have run programs in the meantime.

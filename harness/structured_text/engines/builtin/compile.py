@@ -1,9 +1,9 @@
 """Compilation of a checked project to Python.
 
 Each POU becomes a Python function (`statements`), each expression a Python expression
-(`expressions`), and each block or structure a class (`storage`). The line of the source is recorded
-for each line of a function, so that errors at run time name the user's file and line. The compiled
-code is cached as `marshal` writes it.
+(`expression_code`), and each block or structure a class (`storage`). The line of the source is
+recorded for each line of a function, so that errors at run time name the user's file and line. The
+compiled code is cached as `marshal` writes it.
 """
 
 from __future__ import annotations
@@ -28,13 +28,8 @@ __all__ = ["compiled"]
 def compiled(project: Project, collector: Collector | None, names: dict[str, Any]) -> Code:
     """Compile a project.
 
-    Args:
-        project: The project.
-        collector: The collector of executed statements; None to count nothing.
-        names: Names that the generated code can use; the counters are added to it.
-
-    Raises:
-        InputError: Statements or expressions are nested too deeply.
+    The generated code can use `names`; counters are added to them. Without `collector` nothing is
+    counted. Raise InputError if statements or expressions are nested too deeply.
     """
     try:
         return deeply(lambda: _written(project, collector, names))

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from structured_text.engines.builtin.expressions import Expressions, Value, type_name
+from structured_text.engines.builtin.expression_code import ExpressionCode
+from structured_text.engines.builtin.standard import Value, type_name
 from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
@@ -30,10 +31,7 @@ _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 def outcome(code: Postfix, vector: int, skipped: int = 0) -> bool | None:
     """Return the value of an expression in which condition k has the value of bit k.
 
-    Args:
-        code: The expression.
-        vector: The values.
-        skipped: Bits of the conditions whose values are unknown.
+    The conditions in `skipped`, a bit each, have unknown values.
 
     Returns:
         The value; None if it depends on unknown conditions.
@@ -90,7 +88,6 @@ class Plan:
     """The numbers of counters and decisions in one POU.
 
     Attributes:
-        size: Number of counters.
         run: Counter of a statement's run, by `id` of the statement.
         first: The same, but only for the first statement of each run.
         empty: Counter of the path that skips the body of an IF, CASE, WHILE or FOR, by its `id`.
@@ -121,10 +118,7 @@ class Plan:
     def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
         """Return the counter of a body.
 
-        Args:
-            node: The IF, CASE or loop.
-            body: The statements.
-            place: For a body without statements: its index among such bodies of the node.
+        `place` tells bodies without statements apart: it is the index among those of the node.
         """
         return self.run[id(body[0])] if body else self.blank[id(node)][place]
 
@@ -278,7 +272,7 @@ _SAFE = frozenset(
 _FEW = 50
 
 
-class _CountingExpressions(Expressions):
+class _CountingExpressions(ExpressionCode):
     """The writer of expressions that records the vector of conditions of each decision.
 
     For a decision without skipped conditions, the code computes all conditions, joins them to a
@@ -318,14 +312,7 @@ class _CountingExpressions(Expressions):
 
 
 class CountingWriter(Writer):
-    """The writer of a POU with coverage counters.
-
-    Args:
-        project: The project.
-        pou: The POU to write.
-        storage: Writer of copies of structures and arrays.
-        plan: The numbers of the POU's counters and decisions.
-    """
+    """The writer of a POU with coverage counters."""
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage, plan: Plan) -> None:
         super().__init__(project, pou, storage)

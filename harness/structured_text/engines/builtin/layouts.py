@@ -1,4 +1,4 @@
-"""Code for the layouts of types: the order and size of values in memory (see `memory`)."""
+"""Code for the layouts of types: the order and size of values in memory (see `byte_views`)."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from structured_text.engines.builtin import memory, references
+from structured_text.engines.builtin import byte_views, references
 from structured_text.engines.builtin.blocks import BODIES, CLASSES
 from structured_text.engines.builtin.code import Code
 from structured_text.engines.builtin.collector import Collector, collecting
@@ -17,18 +17,16 @@ from structured_text.engines.builtin.runtime import NAMES
 from structured_text.language import cache
 from structured_text.language.project import Project
 
+__all__ = ["Module", "module_of"]
+
 if TYPE_CHECKING:
     from structured_text.language.paths import Resolved
-
-__all__ = ["Module", "module_of"]
 
 
 class Module:
     """The executed code of a project; used by `BuiltinProgram`.
 
-    Args:
-        project: The project to compile.
-        collector: The collector of executed statements; None to count nothing.
+    Without `collector` nothing is counted.
 
     Attributes:
         project: The project from which it was compiled.
@@ -39,7 +37,7 @@ class Module:
     def __init__(self, project: Project, collector: Collector | None = None) -> None:
         self.project = project
         self.resolved: dict[str, Resolved] = {}
-        self.names: dict[str, Any] = {**NAMES, **references.NAMES, **memory.NAMES}
+        self.names: dict[str, Any] = {**NAMES, **references.NAMES, **byte_views.NAMES}
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})
         self._noted: set[str] = set()

@@ -34,7 +34,7 @@ POINTING = (
 
 
 class _Code(Protocol):
-    """The part of `expressions.Expressions` that `Pointing` uses."""
+    """The part of `ExpressionCode` that `Pointing` uses."""
 
     def is_local(self, symbol: t.Symbol) -> bool:
         """Return whether a variable lasts for one call only."""
@@ -61,9 +61,7 @@ class _Code(Protocol):
 class Pointing:
     """The writer of these expressions in one POU.
 
-    Args:
-        code: The writer of all other expressions.
-        views: Whether pointers of the project access memory as another type.
+    `views` says whether pointers of the project access memory as another type.
 
     Attributes:
         storage: Writer of copies of structures and arrays; set by the writer of statements.

@@ -336,8 +336,7 @@ class BuiltinProgram:
     def restore(self, snapshot: object) -> None:
         """Return to a state that `snapshot` gave, of this or another instance of the program.
 
-        Raises:
-            InputError: The snapshot belongs to another program.
+        Raise InputError if the snapshot belongs to another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
             raise InputError("this snapshot is of another program")
@@ -378,11 +377,7 @@ def _get(holder: Any, key: Any) -> Any:
 
 
 def _element(place: _Place) -> str:
-    """Return BYTE or WORD, the element type of a process image.
-
-    Raises:
-        InputError: The variable is not an array of BYTE or WORD.
-    """
+    """Return BYTE or WORD, the element type of a process image, or raise InputError."""
     kind = place.type
     element = kind.element if isinstance(kind, ArrayType) else None
     if isinstance(element, ElementaryType) and element.name in ("BYTE", "WORD"):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, NoReturn, TypeAlias
 
-from structured_text.engines.builtin.memory import (
+from structured_text.engines.builtin.byte_views import (
     Elements,
     Fields,
     Held,
@@ -26,7 +26,7 @@ from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 
-__all__ = ["NAMES", "Holders", "Pointer"]
+__all__ = ["NAMES", "Holders", "Item", "Pointer", "Slot"]
 
 
 class Slot:
@@ -39,6 +39,7 @@ class Slot:
 
     @property
     def V(self) -> Any:  # noqa: N802 (all names of Structured Text are in upper case)
+        """Return the value of the variable."""
         return getattr(self.holder, self.key)
 
     @V.setter
@@ -73,6 +74,7 @@ class Item:
 
     @property
     def V(self) -> Any:  # noqa: N802
+        """Return the value of the variable."""
         return self.holder[self._inside()]
 
     @V.setter
@@ -280,11 +282,6 @@ class Holders:
     """All objects and lists of a program instance, by identity, with the ways to them.
 
     `BuiltinProgram` uses it to save and load pointers in snapshots.
-
-    Args:
-        project: The project, for the variables of blocks.
-        shared: The object of the global variables.
-        roots: The program instances by name.
     """
 
     def __init__(self, project: Project, shared: Any, roots: Mapping[str, Any]) -> None:

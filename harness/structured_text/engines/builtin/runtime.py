@@ -264,14 +264,14 @@ def _first(text: str) -> str:
 
 def _to_bcd(value: int, digits: int) -> int:
     if not 0 <= value < 10**digits:
-        raise ProgramError(f"{value} is no number of {digits} BCD digits")
+        raise ProgramError(f"{value} is not a number of {digits} BCD digits")
     return int(str(value), 16)
 
 
 def _from_bcd(value: int) -> int:
     digits = f"{value:x}"
     if not digits.isdigit():
-        raise ProgramError(f"16#{digits} is no BCD number")
+        raise ProgramError(f"16#{digits} is not a BCD number")
     return int(digits)
 
 

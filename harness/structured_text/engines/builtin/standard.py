@@ -93,9 +93,7 @@ _CALENDAR = (
 def standard_call(node: t.Standard, arguments: list[str]) -> Value:
     """Return the code of a standard function.
 
-    Args:
-        node: The call.
-        arguments: Code of each argument, already converted to the argument's type.
+    The code of each argument is already converted to the argument's type.
     """
     name, kind = node.name, node.type
     if name == "NOW":

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 
-from structured_text.engines.builtin.expressions import Expressions, has_call, type_name
+from structured_text.engines.builtin.expression_code import ExpressionCode, has_call
 from structured_text.engines.builtin.objects import handed_back, is_dynamic
+from structured_text.engines.builtin.standard import type_name
 from structured_text.engines.builtin.storage import (
     Storage,
     in_cell,
@@ -13,6 +14,7 @@ from structured_text.engines.builtin.storage import (
     needs_globals,
     slot_name,
 )
+from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
@@ -38,11 +40,6 @@ class Writer:
     passes the same variable twice is refused. Therefore a program cannot observe the difference
     from copying in and out.
 
-    Args:
-        project: The project.
-        pou: The POU to write.
-        storage: Writer of copies of structures and arrays.
-
     Attributes:
         lines: The code.
         origins: Source line of each line of code, 0 if it has none.
@@ -54,7 +51,7 @@ class Writer:
         self._pou = pou
         self._storage = storage
         self._project = project
-        self._code = Expressions(project, pou)
+        self._code = ExpressionCode(project, pou)
         self._code.pointing.storage = storage
         self._at = 0
         self._prelude = 0
@@ -202,9 +199,9 @@ class Writer:
             self._while(node)
         elif isinstance(node, t.Repeat):
             self._repeat(node)
-        elif isinstance(node, t.Exit):
+        elif isinstance(node, s.Exit):
             self._emit("break")
-        elif isinstance(node, t.Continue):
+        elif isinstance(node, s.Continue):
             self._emit("continue")
         elif isinstance(node, t.Evaluate):
             self._emit(self._code.exact(node.value))
@@ -392,7 +389,7 @@ class Writer:
 def _continues(body: tuple[t.Statement, ...]) -> bool:
     """Return whether the body contains a CONTINUE of its own loop."""
     for one in body:
-        if isinstance(one, t.Continue):
+        if isinstance(one, s.Continue):
             return True
         if isinstance(one, (t.If, t.Case)) and any(map(_continues, bodies(one))):
             return True

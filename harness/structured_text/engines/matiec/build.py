@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from structured_text.engines.native.memory import tables
+from structured_text.engines.native.c_layout import tables
 from structured_text.engines.native.toolchain import (
     CompilerError,
     compile_shared,
@@ -60,12 +60,6 @@ class Wanted:
 
 def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
     """Compile a program, or take it from the cache.
-
-    Args:
-        text: All ST sources in one text.
-        wanted: The contents that the shared object must export.
-        matiec: The compiler from ST to C.
-        compiler: The C compiler.
 
     Returns:
         The contents of the shared object.
@@ -218,10 +212,6 @@ class Matiec:
     def translate(self, source: Path, target: Path) -> None:
         """Translate one ST file to C.
 
-        Args:
-            source: The file with all sources.
-            target: The folder for the C files.
-
         Raises:
             TranslationError: The exit status is not 0; iec2c may crash after it printed errors.
         """
@@ -252,12 +242,11 @@ def _fingerprint(matiec: Matiec) -> str:
 def find_matiec() -> Matiec | None:
     """Look for matiec in `RCX_MATIEC`, then on `PATH`.
 
+    Raise InputError if `RCX_MATIEC` is set but the matiec there is incomplete, or an `iec2c` on
+    `PATH` has no library near it.
+
     Returns:
         The installation, or None if there is none.
-
-    Raises:
-        InputError: `RCX_MATIEC` is set but the matiec there is incomplete, or an `iec2c` on
-            `PATH` has no library near it.
     """
     named = os.environ.get("RCX_MATIEC")
     if named:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from structured_text.engines.matiec.build import Matiec, TranslationError, Wanted, compile_program
-from structured_text.engines.matiec.memory import MatiecDialect
+from structured_text.engines.matiec.matiec_dialect import MatiecDialect
 from structured_text.engines.matiec.source import (
     HIDDEN_INSTANCE,
     explain,
@@ -26,11 +26,6 @@ class MatiecProgram(NativeProgram):
     @classmethod
     def build(cls, project: Project, matiec: Matiec, compiler: str) -> MatiecProgram:
         """Compile a project.
-
-        Args:
-            project: The checked sources.
-            matiec: The installation to use.
-            compiler: The C compiler.
 
         Raises:
             InputError: iec2c (with file and line) or the C compiler reports an error, or the

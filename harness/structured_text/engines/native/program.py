@@ -1,7 +1,7 @@
 """A program in a shared object, scanned in process; the base of the matiec and STruC++ engines.
 
 The shared object exports `shim_start`, `shim_scan`, `shim_tick`, and the tables `shim_regions`,
-`shim_sizes` and `shim_layout` (`native.memory.tables`). The regions hold the whole state of the
+`shim_sizes` and `shim_layout` (`native.c_layout.tables`). The regions hold the whole state of the
 program. A snapshot is a copy of their bytes.
 """
 
@@ -19,7 +19,7 @@ from operator import itemgetter
 from typing import Any, Literal, TypeVar
 
 from structured_text.engines.base import Value
-from structured_text.engines.native.memory import (
+from structured_text.engines.native.c_layout import (
     Codec,
     Dialect,
     Layout,
@@ -93,10 +93,6 @@ class _Snapshot:
 class NativeProgram:
     """One running instance of a compiled program; see `engines.base.Program`.
 
-    Args:
-        project: The checked sources.
-        image: The shared object made from them.
-
     Raises:
         InputError: The shared object cannot be loaded.
     """
@@ -141,10 +137,8 @@ class NativeProgram:
     def scan(self, now_us: int) -> None:
         """Run one base tick at PLC time `now_us` [µs].
 
-        Endless loops are not ended. An index is checked only if the compiler's code does so.
-
-        Raises:
-            InputError: The program divides an integer by zero, or leaves its memory.
+        Endless loops are not ended. An index is checked only if the compiler's code does so. Raise
+        InputError if the program divides an integer by zero, or leaves its memory.
         """
         wrong = self._scan(now_us)
         if wrong is not None:
@@ -216,10 +210,8 @@ class NativeProgram:
         """Return to a state that `snapshot` gave, of this or another instance of the program.
 
         Another instance has other addresses. Pointers into the instance's own memory are therefore
-        not copied but set to their first values.
-
-        Raises:
-            InputError: The snapshot belongs to another program.
+        not copied but set to their first values. Raise InputError if the snapshot belongs to
+        another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.image != self._image:
             raise InputError("this snapshot is of another program")

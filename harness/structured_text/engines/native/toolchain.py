@@ -39,11 +39,7 @@ _SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"
 
 
 class CompilerError(Exception):
-    """The error for a C or C++ compiler that produced no shared object.
-
-    Args:
-        output: The whole output of the compiler.
-    """
+    """The error for a C or C++ compiler that produced no shared object."""
 
     def __init__(self, output: str) -> None:
         self.output = output
@@ -70,11 +66,7 @@ def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -
     """Return a shared object from the cache, or the result of `make`, which is then cached.
 
     The key of the cache includes the compiler's version, the flags and the files of this folder.
-
-    Args:
-        compiler: The C or C++ compiler.
-        parts: All else on which the result depends.
-        make: Compiles the shared object.
+    The result depends on `compiler` and `parts`.
     """
     folder = cache.folder()
     if folder is None:
@@ -93,16 +85,11 @@ def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -
 def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
     """Compile one file; the shared object is also left in the file's folder.
 
-    Args:
-        compiler: The C or C++ compiler.
-        options: The version of the language and the folders of its headers.
-        unit: The file; it may include `faults.h`.
+    Raise CompilerError if the compiler reports an error. The file may include `faults.h`. The
+    options are the version of the language and the folders of its headers.
 
     Returns:
         The contents of the shared object.
-
-    Raises:
-        CompilerError: The compiler reports an error.
     """
     shared = unit.with_suffix(DLL)
     command = [compiler, *_flags(), *options, "-I", str(_HERE), str(unit), "-lm", "-o", str(shared)]
@@ -115,8 +102,7 @@ def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
 def run_tool(command: Sequence[str], folder: Path | None = None) -> CompletedProcess[bytes]:
     """Run a compiler and capture its output.
 
-    Raises:
-        InputError: It does not end within `MOST_TOOL_S`.
+    Raise InputError if it does not end within `MOST_TOOL_S`.
     """
     try:
         return programs.run(command, cwd=folder, timeout=MOST_TOOL_S)

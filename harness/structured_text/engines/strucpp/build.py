@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from structured_text.engines.native.memory import tables
+from structured_text.engines.native.c_layout import tables
 from structured_text.engines.native.toolchain import (
     CompilerError,
     compile_shared,
@@ -20,7 +20,7 @@ from structured_text.engines.native.toolchain import (
     run_tool,
     version,
 )
-from structured_text.engines.strucpp.memory import NAMESPACE
+from structured_text.engines.strucpp.strucpp_dialect import NAMESPACE
 from structured_text.errors import COMMAND, InputError
 from structured_text.language.project import Project
 from structured_text.language.source import origin, source_text
@@ -67,12 +67,11 @@ def _fingerprint(strucpp: Strucpp) -> str:
 def find_strucpp() -> Strucpp | None:
     """Look for STruC++ in `RCX_STRUCPP`, then on `PATH`.
 
+    Raise InputError if `RCX_STRUCPP` is set but the STruC++ there is incomplete, or a `strucpp` on
+    `PATH` has no headers or no standard blocks near it.
+
     Returns:
         The installation, or None if there is none.
-
-    Raises:
-        InputError: `RCX_STRUCPP` is set but the STruC++ there is incomplete, or a `strucpp` on
-            `PATH` has no headers or no standard blocks near it.
     """
     named = os.environ.get("RCX_STRUCPP")
     binary = shutil.which("strucpp", path=named or None)
@@ -109,11 +108,7 @@ def compile_project(
 ) -> bytes:
     """Compile a project, or take it from the cache.
 
-    Args:
-        project: The checked sources.
-        layout: C++ expressions of the table `shim_layout`.
-        strucpp: The compiler from ST to C++.
-        compiler: The C++ compiler.
+    `layout` are C++ expressions of the table `shim_layout`.
 
     Returns:
         The contents of the shared object.

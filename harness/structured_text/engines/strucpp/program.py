@@ -6,8 +6,8 @@ import ctypes
 
 from structured_text.engines.native.program import NativeProgram, layout_of
 from structured_text.engines.strucpp.build import Strucpp, compile_project
-from structured_text.engines.strucpp.memory import StrucppDialect
 from structured_text.engines.strucpp.start import check_start
+from structured_text.engines.strucpp.strucpp_dialect import StrucppDialect
 from structured_text.errors import InputError
 from structured_text.language.project import Project
 
@@ -27,11 +27,6 @@ class StrucppProgram(NativeProgram):
     def build(cls, project: Project, strucpp: Strucpp, compiler: str) -> StrucppProgram:
         """Compile a project.
 
-        Args:
-            project: The checked sources.
-            strucpp: The installation to use.
-            compiler: The C++ compiler.
-
         Raises:
             InputError: STruC++ or the C++ compiler reports an error (with file and line), or the
                 program does not start with the values of its sources.
@@ -45,7 +40,7 @@ class StrucppProgram(NativeProgram):
         """Raise InputError if this version of STruC++ represents values in an unknown way."""
         if not library.shim_is_as_expected():
             raise InputError(
-                "this version of STruC++ keeps its variables in a way that is not known here",
+                "this version of STruC++ stores its variables in an unknown way",
                 hint="use --engine builtin or matiec, or another version of STruC++",
             )
 

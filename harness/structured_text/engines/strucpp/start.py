@@ -20,9 +20,7 @@ _STORED = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_GLOBAL")
 def check_start(project: Project, read: Callable[[str], Value]) -> None:
     """Compare the first state of a program with its sources.
 
-    Args:
-        project: The checked sources.
-        read: `Program.read` before the first scan.
+    `read` is `Program.read` before the first scan.
 
     Raises:
         InputError: A variable does not have its initial value; the error has the line of its

@@ -33,7 +33,6 @@ class Dialect:
     """The words of a tool.
 
     Attributes:
-        tool: Its name.
         listed: The name of its list of functions and blocks, in the folder `words`.
         types: Names of elementary types in its tables; it does not have types that are missing
             here.
@@ -192,9 +191,7 @@ class Names:
     def trouble(self, part: Part, known: Collection[str]) -> str:
         """Return why the tool does not support the variables of a part; empty if it does.
 
-        Args:
-            part: A type, function, block or program.
-            known: Types and blocks that are not elementary, in upper case.
+        `known` are types and blocks that are not elementary, in upper case.
         """
         for one in _variables(part):
             kind = self.base(one.spec)
@@ -249,11 +246,6 @@ def dialect_body(text: str, scope: Scope, names: Names) -> str:
     Arguments of functions lose their names, get the order of the parameters, and are written out if
     they are omitted. Members of enumerations, typed literals and conversions get the tool's form.
     If the tool has no BYTE, results that could exceed the lower half of a WORD are masked.
-
-    Args:
-        text: The statements.
-        scope: The meaning of the POU's names.
-        names: The other names in the dialect.
     """
     return _Body(text, scope, names).all()
 

@@ -31,13 +31,9 @@ class Row:
     """A line of a table, in the tool's words.
 
     Attributes:
-        name: Its name.
         section: VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT or VAR; RESULT of a function, FIELD of a
             structure, MEMBER of an enumeration.
-        type: Its type.
         initial: Its initial value; for a member its number; empty if there is none.
-        comment: Its comment.
-        constant: It is a constant.
         retain: It keeps its value when power is off.
     """
 

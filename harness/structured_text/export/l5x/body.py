@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from structured_text.export.initial import differing, zero
-from structured_text.export.l5x.expressions import Expressions, fold
+from structured_text.export.l5x.expression_writer import ExpressionWriter, fold
 from structured_text.export.l5x.model import (
     FIRST_SCAN,
     RESULT,
@@ -29,6 +29,7 @@ from structured_text.export.l5x.model import (
 )
 from structured_text.export.losses import retain
 from structured_text.export.parts import Part
+from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.syntax import Position
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
@@ -38,12 +39,7 @@ __all__ = ["copied", "translated", "written"]
 
 
 def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
-    """Return the names of the variables that are assigned, or passed to a block that assigns them.
-
-    Args:
-        pou: A program or block.
-        pous: The POUs of the sources by upper-case name.
-    """
+    """Return the names of variables that are assigned, or passed to a block that assigns them."""
     found = set()
     for one in statements(pou.body):
         if isinstance(one, t.Assign):
@@ -69,17 +65,7 @@ _STEP = "  "
 
 
 def translated(part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> Aoi:
-    """Translate a POU.
-
-    Args:
-        part: Its text, for the comments.
-        pou: Its checked form.
-        pous: All POUs of the sources by upper-case name.
-        images: The types of process images.
-
-    Raises:
-        NotCarriedError: something in it has no counterpart; the message names it.
-    """
+    """Translate a POU, or raise NotCarriedError."""
     return _Writer(part, pou, pous, images).aoi()
 
 
@@ -96,7 +82,7 @@ class _Writer:
 
     def __init__(self, part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> None:
         self._part, self._pou, self._pous, self._images = part, pou, pous, images
-        self._expressions = Expressions(pous, images)
+        self._expressions = ExpressionWriter(pous, images)
         self._comments = _comments(part)
         self._zeros: dict[str, Data] = {}
         self._at: Position | None = None
@@ -242,8 +228,7 @@ class _Writer:
     def _check_set(self, symbol: t.Symbol) -> None:
         """Refuse an initial value that statements at the start cannot set.
 
-        Raises:
-            NotCarriedError: it is the value of a pin, a retained variable or an image.
+        Raise NotCarriedError if it is the value of a pin, a retained variable or an image.
         """
         given = symbol.section == "VAR_INPUT" and self._pou.kind == "FUNCTION"
         pin = symbol.section in ("VAR_INPUT", "VAR_OUTPUT", "RESULT") and not given
@@ -253,7 +238,7 @@ class _Writer:
             and image_element(symbol.type.name, self._images) != ""
         )
         if pin or kept or image:
-            raise NotCarriedError(f"{symbol.name} has an initial value that is no single number")
+            raise NotCarriedError(f"{symbol.name} has an initial value that is not a single number")
 
     def _begun(self, symbol: t.Symbol) -> Iterator[str]:
         """Yield lines that set a variable to its initial value.
@@ -356,9 +341,9 @@ class _Writer:
             condition = self._expressions.text(one.condition)
             lines += self._taken(indent + _STEP)
             return [*lines, f"{indent}UNTIL {condition}", f"{indent}END_REPEAT;"]
-        if isinstance(one, t.Exit):
+        if isinstance(one, s.Exit):
             return [*lines, f"{indent}EXIT;"]
-        what = "a FOR loop" if isinstance(one, t.For) else "a RETURN that is no IF of its own"
+        what = "a FOR loop" if isinstance(one, t.For) else "a RETURN that is not an IF of its own"
         raise NotCarriedError(what)
 
     def _assign(self, target: t.Variable, value: t.Expression, indent: str) -> list[str]:
@@ -461,7 +446,7 @@ def _returns(one: t.Statement) -> bool:
         and len(one.branches) == 1
         and not one.otherwise
         and len(one.branches[0][1]) == 1
-        and isinstance(one.branches[0][1][0], t.Return)
+        and isinstance(one.branches[0][1][0], s.Return)
     )
 
 

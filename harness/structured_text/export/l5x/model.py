@@ -131,11 +131,7 @@ class Aoi:
 
 
 def data_of(kind: Type, images: Images) -> Data:
-    """Return the type of the tag for a variable of this type.
-
-    Raises:
-        NotCarriedError: the type has no counterpart.
-    """
+    """Return the type of the tag for a variable of this type, or raise NotCarriedError."""
     if isinstance(kind, EnumType):
         return Data("DINT")
     if isinstance(kind, StructType):
@@ -195,8 +191,7 @@ def passed(variables: tuple[Variable, ...] | list[t.Symbol]) -> Iterator[Variabl
 def companion(instance: str, pin: str) -> str:
     """Return the caller's tag for a structure, array or STRING at a block's input or output.
 
-    Raises:
-        NotCarriedError: a Logix controller refuses the name.
+    Raise NotCarriedError if a Logix controller refuses the name.
     """
     return check_name(f"{instance}_{pin}")
 
@@ -204,8 +199,7 @@ def companion(instance: str, pin: str) -> str:
 def check_name(name: str) -> str:
     """Return the name if a Logix controller accepts it.
 
-    Raises:
-        NotCarriedError: the name is too long, or has underscores where they are not allowed.
+    Raise NotCarriedError if the name is too long, or has underscores where they are not allowed.
     """
     if len(name) > _LONGEST_NAME:
         raise NotCarriedError(f"the name {name} is longer than {_LONGEST_NAME} characters")
@@ -226,8 +220,7 @@ def is_zero(value: Any) -> bool:
 def value_text(value: Any, kind: Type) -> str:
     """Return a value of a scalar or STRING as Structured Text of Logix.
 
-    Raises:
-        NotCarriedError: the value has no counterpart.
+    Raise NotCarriedError if the value has no counterpart.
     """
     if isinstance(kind, EnumType):
         return f"{value}(*{kind.members[value]}*)"

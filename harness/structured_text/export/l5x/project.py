@@ -139,11 +139,7 @@ def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
 
 
 def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> None:
-    """Refuse a POU that needs a type or block that is not exported.
-
-    Raises:
-        NotCarriedError: it needs one.
-    """
+    """Refuse a POU that needs a type or block that is not exported."""
     for name in (*made.types, *made.blocks):
         if name not in types and name not in aois:
             raise NotCarriedError(f"needs {name}, which is not carried")
@@ -152,8 +148,7 @@ def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> Non
 def _check_words(made: Aoi, aois: dict[str, Aoi]) -> None:
     """Refuse a POU with lines that call something that Structured Text of Logix does not have.
 
-    Raises:
-        NotCarriedError: a call is not on the list.
+    Raise NotCarriedError if a call is not on the list.
     """
     listed = words("logix")
     functions = {one.name for one in listed.functions.values() if not one.is_operator}

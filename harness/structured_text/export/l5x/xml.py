@@ -33,13 +33,8 @@ def document(
 ) -> str:
     """Return the whole file.
 
-    Args:
-        target: The kind of component to import: Program or AddOnInstructionDefinition.
-        name: The name of the component.
-        types: Elements of data types.
-        aois: Elements of Add-On Instructions, each after those it uses.
-        rest: The elements after them.
-        controller: The name of the controller from which the component was exported.
+    `target` is the kind of component to import: Program or AddOnInstructionDefinition. Each AOI
+    stands after those it uses; `rest` are the elements after them.
     """
     head = _opened(
         "RSLogix5000Content",
@@ -98,10 +93,8 @@ def data_type(kind: StructType, header: str, notes: Mapping[str, str], images: I
 def aoi_element(aoi: Aoi, blocks: Mapping[str, Aoi], *, target: bool = False) -> str:
     """Return an Add-On Instruction.
 
-    Args:
-        aoi: Its content.
-        blocks: All instructions by name, for the initial values of those inside it.
-        target: It is the component to import.
+    `blocks` is for the initial values of nested instructions. `target` marks the component to
+    import.
     """
     inside = "\n".join(_inside(aoi, blocks))
     # Studio 5000 replaces an instruction of the project only if its edit time differs, so the time

@@ -38,7 +38,7 @@ __all__ = [
     "StructInit",
     "StructSpec",
     "SubrangeSpec",
-    "Task",
+    "TaskDeclaration",
     "TypeDecl",
     "TypeSpec",
     "VarDecl",
@@ -251,7 +251,7 @@ class Pou:
 
 
 @dataclass(frozen=True)
-class Task:
+class TaskDeclaration:
     """A task: `TASK name (INTERVAL := …, PRIORITY := …)`."""
 
     name: Name
@@ -279,7 +279,7 @@ class Configuration:
 
     name: Name
     globals: tuple[Section, ...]
-    tasks: tuple[Task, ...]
+    tasks: tuple[TaskDeclaration, ...]
     programs: tuple[ProgramInstance, ...]
     resources: int
     at: Position
@@ -302,7 +302,6 @@ class Source:
     """All declarations of a file, in its order.
 
     Attributes:
-        file: The file.
         declarations: The declarations, as far as they could be read.
         uses: Constructs beyond the portable subset (`constructs.Use`).
         pragmas: The contents of { }.

@@ -6,18 +6,16 @@ from collections.abc import Iterator, Sequence
 
 from structured_text.language.source import Line
 from structured_text.projects.rockwell.data import INTEGERS, STORED, Data
-from structured_text.projects.rockwell.expressions import (
+from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
-    FIRST_SCAN,
-    Expressions,
+    ExpressionReader,
     Routine,
     Token,
     bare,
-    plain_tag,
     tokens_of,
 )
 
-__all__ = ["COUNTER", "FIRST_SCAN", "Routine", "plain_tag", "translated"]
+__all__ = ["translated"]
 
 _ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
 #: Instructions for texts, and the number of arguments behind the first.
@@ -26,17 +24,13 @@ _BLOCKS = {"TONR": "FBD_TIMER", "OSRI": "FBD_ONESHOT", "OSFI": "FBD_ONESHOT"}
 
 
 def translated(lines: Sequence[Line], routine: Routine) -> tuple[Line, ...]:
-    """Return the statements of a routine in the standard's language.
-
-    Raises:
-        InputError: The text is not Structured Text of Logix, or has no equivalent.
-    """
+    """Return the statements of a routine in the standard's language, or raise InputError."""
     last = lines[-1].at if lines else 1
     made = _Statements(tokens_of(lines), last, routine)
     return tuple(made.block("  ", whole=True))
 
 
-class _Statements(Expressions):
+class _Statements(ExpressionReader):
     # --- statements -----------------------------------------------------------------------
 
     def block(self, indent: str, *, whole: bool = False) -> list[Line]:
@@ -129,7 +123,7 @@ class _Statements(Expressions):
         counter, data = self._variable()
         kind = data.type
         if data.sizes or kind not in INTEGERS:
-            raise self._error(f"{counter} is no whole number", token)
+            raise self._error(f"{counter} is not a whole number", token)
         self._expect(":=")
         start = self._converted(self._value(), kind, token)
         self._expect("TO")
@@ -204,7 +198,7 @@ class _Statements(Expressions):
         elif name in _BLOCKS:
             instance, data = self._variable()
             if data.type.upper() != _BLOCKS[name]:
-                raise self._error(f"{instance} is no {_BLOCKS[name]}", token)
+                raise self._error(f"{instance} is not a {_BLOCKS[name]}", token)
             self._expect(")")
             yield f"{instance}();" if name == "TONR" else f"{instance}(Falling := {_flag(name)});"
         elif name in ("COP", "CPS"):
@@ -234,7 +228,7 @@ class _Statements(Expressions):
         """Translate `Block(Instance, a, b)`; the arguments are the required parameters in order."""
         instance, data = self._variable()
         if data.type.upper() != token.word:
-            raise self._error(f"{instance} is no {token.text}", token)
+            raise self._error(f"{instance} is not a {token.text}", token)
         types = self._routine.types
         members = types.members[token.word]
         arguments = []
@@ -248,7 +242,7 @@ class _Statements(Expressions):
             else:
                 target, given = self._variable()
                 if usage == "Output" and given.type != kind.type:
-                    raise self._error(f"{target} is no {kind.type}, as {name} is", token)
+                    raise self._error(f"{target} is not a {kind.type}, as {name} is", token)
                 arguments.append(f"{name} {'=>' if usage == 'Output' else ':='} {target}")
         if not self._take(")"):
             raise self._error(f"{token.text} has too many arguments", token)

@@ -19,16 +19,16 @@ from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
 from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, made
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
-from structured_text.projects.rockwell.body import (
+from structured_text.projects.rockwell.body import translated
+from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
+from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
     FIRST_SCAN,
     Routine,
     plain_tag,
-    translated,
 )
-from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
 from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
-from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
 __all__ = ["read_l5x"]
@@ -55,12 +55,7 @@ _REAL_MOST = 3.4028235e38
 def read_l5x(root: Element, file: Path) -> Project:
     """Read a project, or an exported part of a project.
 
-    Args:
-        root: The element `RSLogix5000Content`.
-        file: Its file, for messages.
-
-    Raises:
-        InputError: The file violates the format, or its Structured Text has unsupported parts.
+    Raise InputError if the file violates the format, or its Structured Text has unsupported parts.
     """
     return _Reader(root, file).project()
 
@@ -350,7 +345,7 @@ class _Reader:
                 elif found["name"]:
                     yield Line(f"JSR({found['name']},0);", one.at)
 
-    def _tasks(self, names: Mapping[str, str]) -> Iterator[Task]:
+    def _tasks(self, names: Mapping[str, str]) -> Iterator[ToolTask]:
         for task in self._root.below("Task"):
             programs = []
             for one in task.all("ScheduledPrograms", "ScheduledProgram"):
@@ -365,7 +360,7 @@ class _Reader:
                 self._note(f"the task {name} waits for an event and does not run", task)
                 continue
             periodic, rate = kind == "PERIODIC", task.get("Rate")
-            yield Task(
+            yield ToolTask(
                 name if periodic else "",
                 milliseconds_us(rate, name, self._file, task.at) if periodic else 0,
                 priority_of(task.get("Priority"), name, self._file, task.at),

@@ -26,24 +26,19 @@ def test_the_recorded_trace_is_what_matiec_gives_today(probe: Probe) -> None:
 
 
 #: Where STruC++ 0.6.1 differs or refuses; docs/reference/engines.md says it in a user's words.
-STRUCPP = {
-    "array_dimensions": "no index of three dimensions",
-    "arrays": "no initial value of an ARRAY",
-    "blocks": "VAR_TEMP keeps its value",
-    "comparisons": "no STRING beside a literal with < and >",
-    "counter_types": "CTD and CTUD count down on the falling edge",
-    "counters": "CTD and CTUD count down on the falling edge",
-    "dates": "no initial value of a DATE",
-    "division": "MOD 0 is a fault",
-    "enumerations": "no initial value of an enumeration's type",
-    "initial_values": "no initial value of a type",
-    "literals": "literals with underscores and signs",
-    "precedence": "no comparison of a comparison",
-    "selection": "no MUX of literals and variables",
-    "strings": "no CONCAT of three",
-    "structures": "no initial value of a structure",
-    "time_arithmetic": "no negative literal of TIME",
-}
+STRUCPP = {"array_dimensions": "no index of three dimensions",
+           "arrays": "no initial value of an ARRAY", "blocks": "VAR_TEMP keeps its value",
+           "comparisons": "no STRING beside a literal with < and >",
+           "counter_types": "CTD and CTUD count down on the falling edge",
+           "counters": "CTD and CTUD count down on the falling edge",
+           "dates": "no initial value of a DATE", "division": "MOD 0 is a fault",
+           "enumerations": "no initial value of an enumeration's type",
+           "initial_values": "no initial value of a type",
+           "literals": "literals with underscores and signs",
+           "precedence": "no comparison of a comparison",
+           "selection": "no MUX of literals and variables", "strings": "no CONCAT of three",
+           "structures": "no initial value of a structure",
+           "time_arithmetic": "no negative literal of TIME"}  # fmt: skip
 
 
 @needs("strucpp")
@@ -59,7 +54,7 @@ def test_strucpp_gives_the_trace_recorded_from_matiec(probe: Probe) -> None:
     assert found == []
 
 
-def test_a_difference_is_told_with_scan_variable_expected_and_got() -> None:
+def test_a_difference_is_reported_with_scan_variable_and_both_values() -> None:
     expected = ['{"head": 1}', '{"Main.A": 0, "Main.B": 0}', '{"Main.A": 1}', '{"Main.A": 2}']
     got = ['{"head": 1}', '{"Main.A": 0, "Main.B": 0}', '{"Main.A": 1}', '{"Main.B": true}']
     assert differences(expected, got) == [

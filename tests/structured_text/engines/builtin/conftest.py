@@ -1,27 +1,13 @@
-"""Builds programs that a test writes down, on the built-in engine."""
+"""Runs programs that a test writes down, on the built-in engine."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.language.load import load
-
-
-@pytest.fixture
-def build(tmp_path: Path) -> Callable[[str], BuiltinProgram]:
-    """Compiles a whole source."""
-
-    def compile_source(source: str) -> BuiltinProgram:
-        file = tmp_path / "program.st"
-        file.write_text(source, encoding="utf-8")
-        return BuiltinProgram.build(load([file]))
-
-    return compile_source
 
 
 @pytest.fixture

@@ -23,18 +23,9 @@ def _nested(opening: str, core: str, closing: str, depth: int) -> str:
     return opening * depth + core + closing * depth
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "((((((((((((-0",
-        "-(-(-(-(-(-(-",
-        "ADD(X, X, X,-",
-        "F1(F1(F1(F1(-",
-        "ABS(ABS(ABS(-1",
-        "ABS(ABS(ABS(-0",
-        "A[A[A[A[A[A[-",
-        "M * M * M * -",
-    ]
-)
+@pytest.mark.exhaustive(but=["((((((((((((-0", "-(-(-(-(-(-(-", "ADD(X, X, X,-", "F1(F1(F1(F1(-",
+                             "ABS(ABS(ABS(-1", "ABS(ABS(ABS(-0", "A[A[A[A[A[A[-",
+                             "M * M * M * -"])  # fmt: skip
 @pytest.mark.parametrize(
     ("expression", "value"),
     [
@@ -118,7 +109,7 @@ def test_a_fault_inside_a_long_expression_has_its_line(tmp_path: Path) -> None:
 @pytest.mark.exhaustive(but=["case-500", "case-0", "case-50"])
 @pytest.mark.parametrize("chosen", [0, 50, 499, 500])
 @pytest.mark.parametrize("form", ["elsif", "case"])
-def test_of_many_branches_the_one_that_fits_is_done(run: Run, form: str, chosen: int) -> None:
+def test_only_the_branch_that_fits_runs(run: Run, form: str, chosen: int) -> None:
     bodies = [f"Y := {k}; N := N + 1;" for k in range(500)]
     if form == "case":
         body = "CASE X OF\n" + "\n".join(f"{k}: {text}" for k, text in enumerate(bodies))
@@ -130,9 +121,7 @@ def test_of_many_branches_the_one_that_fits_is_done(run: Run, form: str, chosen:
     assert run(variables, body, "Y N") == (chosen if chosen < 500 else -1, 1)
 
 
-def test_a_first_branch_that_changes_the_condition_of_a_later_one_stays_the_only_one(
-    run: Run,
-) -> None:
+def test_only_the_first_branch_that_fits_runs(run: Run) -> None:
     tests = [f"X = {k} THEN X := 150; N := N + 1;" for k in range(300)]
     body = "IF " + "\nELSIF ".join(tests) + "\nEND_IF;"
     assert run("X : INT := 7; N : INT;", body, "X N") == (150, 1)
@@ -171,27 +160,17 @@ _TOO_DEEP = [
 ]
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "check-body4-16 loops-20",
-        "check-body3-16 loops-20",
-        "check-body9-a literal of 5003 characters-3",
-        "check-body5-16 loops-20",
-        "run-body3-16 loops-20",
-        "run-body9-a literal of 5003 characters-3",
-        "run-body4-16 loops-20",
-        "run-body5-16 loops-20",
-        "check-body0-64 statements-67",
-        "run-body0-64 statements-67",
-        "check-body1-64 statements-66",
-        "run-body2-64 statements-67",
-        "check-body2-64 statements-67",
-        "check-body10-constant expression is too large-3",
-    ]
-)
+@pytest.mark.exhaustive(but=["check-body4-16 loops-20", "check-body3-16 loops-20",
+                             "check-body9-a literal of 5003 characters-3",
+                             "check-body5-16 loops-20", "run-body3-16 loops-20",
+                             "run-body9-a literal of 5003 characters-3", "run-body4-16 loops-20",
+                             "run-body5-16 loops-20", "check-body0-64 statements-67",
+                             "run-body0-64 statements-67", "check-body1-64 statements-66",
+                             "run-body2-64 statements-67", "check-body2-64 statements-67",
+                             "check-body10-constant expression is too large-3"])  # fmt: skip
 @pytest.mark.parametrize(("body", "message", "line"), _TOO_DEEP)
 @pytest.mark.parametrize("command", ["check", "run"])
-def test_what_is_too_deep_is_refused_with_its_line(
+def test_too_deep_a_program_is_refused_with_its_line(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     command: str,
@@ -211,7 +190,7 @@ def test_what_is_too_deep_is_refused_with_its_line(
     assert len(said) < 700
 
 
-def test_what_is_just_not_too_deep_runs(run: Run) -> None:
+def test_a_program_at_the_limit_of_depth_runs(run: Run) -> None:
     inner = "WHILE C DO\n" * 16 + "X := X + 1; C := FALSE;" + " END_WHILE;" * 16
     body = "IF B THEN\n" * 47 + inner + " END_IF;" * 47
     assert run("X : INT; B : BOOL := TRUE; C : BOOL := TRUE;", body, "X") == 1
@@ -248,7 +227,7 @@ def _in_a_row(kind: str, number: int) -> str:
 @pytest.mark.parametrize(
     "kind", ["FUNCTION", "FUNCTION_BLOCK", "ARRAY", "STRUCT", "STRUCT and INT"]
 )
-def test_so_many_declarations_may_use_each_other_in_a_row(tmp_path: Path, kind: str) -> None:
+def test_declarations_may_use_each_other_up_to_the_limit(tmp_path: Path, kind: str) -> None:
     file = tmp_path / "row.st"
     file.write_text(_in_a_row(kind, 99) + "END_PROGRAM\n")
     program = BuiltinProgram.build(load([file]))

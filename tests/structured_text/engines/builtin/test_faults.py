@@ -52,25 +52,19 @@ END_PROGRAM
         ("K := MUX(I + 2, 5, 6);", "MUX selects 2 of 2 inputs"),
     ],
 )
-def test_a_fault_is_reported_with_the_line_of_the_statement(
-    build: Build, statement: str, message: str
-) -> None:
+def test_a_fault_has_the_line_of_its_statement(build: Build, statement: str, message: str) -> None:
     program = build(_FRAME.replace("{statement}", statement))
-
     with pytest.raises(InputError) as caught:
         program.scan(0)
     assert message in str(caught.value)
     assert caught.value.line == 10
-    assert str(caught.value.file).endswith("program.st")
+    assert str(caught.value.file).endswith("source0.st")
 
 
-def test_a_fault_comes_in_the_scan_in_which_it_happens(
-    build: Build,
-) -> None:
+def test_a_fault_comes_in_the_scan_in_which_it_happens(build: Build) -> None:
     program = build(_FRAME.replace("{statement}", "A[I] := 1;"))
     program.write("Main.B1.I", 1)
     program.scan(0)
     program.write("Main.B1.I", 4)
-
     with pytest.raises(InputError, match="index 4 is outside"):
         program.scan(10_000)

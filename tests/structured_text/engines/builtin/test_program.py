@@ -44,9 +44,8 @@ def _state(program: BuiltinProgram) -> dict[str, object]:
     return {path: program.read(path) for path, _ in program.walk()}
 
 
-def test_it_is_a_program_as_the_interface_says(build: Build) -> None:
+def test_the_program_follows_the_interface(build: Build) -> None:
     program: Program = build(_SOURCE)
-
     assert isinstance(program, Program)
     assert (program.engine, program.tick_us) == ("builtin", None)
     assert [(name, kind.name) for name, kind in program.instances().items()] == [("Main", "Plant")]
@@ -63,7 +62,6 @@ def test_a_snapshot_holds_everything_and_can_be_restored_again_and_again(build: 
     for k in range(4, 20):
         program.scan(k * 10_000)
     later = _state(program)
-
     for _ in range(2):
         program.restore(saved)
         assert _state(program) == then
@@ -73,14 +71,11 @@ def test_a_snapshot_holds_everything_and_can_be_restored_again_and_again(build: 
     assert then != later
 
 
-def test_a_snapshot_can_be_restored_in_another_instance_but_not_in_another_program(
-    build: Build,
-) -> None:
+def test_a_snapshot_fits_other_instances_but_not_other_programs(build: Build) -> None:
     program = build(_SOURCE)
     program.scan(0)
     twin = program.instance()
     twin.restore(program.snapshot())
-
     assert _state(twin) == _state(program)
     with pytest.raises(InputError, match="another program"):
         build(_SOURCE).restore(program.snapshot())
@@ -92,7 +87,6 @@ def test_instances_share_nothing(build: Build) -> None:
     twin = program.instance()
     for k in range(5):
         program.scan(k * 10_000)
-
     assert _state(twin) == fresh
 
 
@@ -111,10 +105,9 @@ def test_instances_share_nothing(build: Build) -> None:
         ("Main.C1.Delay.PT", timedelta(seconds=9)),
     ],
 )
-def test_what_is_written_is_read_back(build: Build, path: str, value: object) -> None:
+def test_a_written_value_is_read_back(build: Build, path: str, value: object) -> None:
     program = build(_SOURCE)
     program.write(path, value)
-
     assert program.read(path) == value
     assert program.read(path.lower()) == value
 
@@ -124,7 +117,6 @@ def test_a_dict_may_name_some_fields_only(build: Build) -> None:
     program.write("Main.P[1].A", 7)
     program.write("Main.P[1]", {"flags": [True, True]})
     program.write("Main", {"Lamp": True, "C2": {"N": 4}})
-
     assert program.read("Main.P[1]") == {"A": 7, "Flags": [True, True]}
     assert program.read("Main.C2.N") == 4
     assert program.read("Main.Lamp") is True
@@ -136,7 +128,6 @@ def test_a_wrong_value_or_path_changes_nothing(build: Build) -> None:
     for path, value in [("Main.W[0]", 65536), ("Main.W[4]", 0), ("Main.P[1]", {"A": 1, "B": 2})]:
         with pytest.raises(InputError):
             program.write(path, value)
-
     assert _state(program) == before
 
 
@@ -144,7 +135,6 @@ def test_process_images_are_read_and_written_as_bytes_low_byte_first(build: Buil
     program = build(_SOURCE)
     program.write_bytes("Main.W", bytes([0x34, 0x12, 0xFF, 0x00]))
     program.write_bytes("Main.B", b"\x01\x02")
-
     assert program.read("Main.W") == [0x1234, 0x00FF, 0, 0]
     assert program.read("Main.B") == [1, 2, 0, 0, 0]
     assert program.read_bytes("Main.W") == bytes([0x34, 0x12, 0xFF, 0, 0, 0, 0, 0])
@@ -192,7 +182,6 @@ def test_each_task_runs_in_every_scan_of_its_interval_in_order_of_priority(build
     for k in range(7):
         program.scan(k * 10_000)
         rows.append(tuple(program.read(f"{name}.N") for name in ("F1", "S1", "E1")))
-
     assert program.tick_us == 10_000
     assert rows == [(1, 1, 1), (1, 1, 2), (2, 1, 3), (2, 2, 4), (3, 2, 5), (3, 2, 6), (4, 3, 7)]
     # In the last scan all three ran: first the task of the highest priority, last the free one.
@@ -207,40 +196,34 @@ def test_variables_at_one_address_are_one(build: Build) -> None:
     )
     program.write("Main.B", 41)
     program.scan(0)
-
     assert (program.read("Main.A"), program.read("Main.Seen")) == (42, 42)
 
 
-def test_a_program_may_have_variables_at_addresses_only(build: Build) -> None:
-    program = build(
-        "PROGRAM P1\nVAR A AT %MW0 : WORD; B AT %MW1 : WORD; END_VAR\n"
-        "A := B; B := WORD#5;\nEND_PROGRAM"
-    )
-    program.scan(0)
-    program.scan(10_000)
-
-    assert program.read("Main.A") == 5
-
-
-def test_a_variable_at_an_address_is_read_in_another_program(build: Build) -> None:
-    program = build(
-        "PROGRAM P1\nVAR A AT %MW5 : INT; END_VAR\nA := A + 1;\nEND_PROGRAM\n"
-        "PROGRAM P2\nVAR Seen : INT; END_VAR\nSeen := P1.A;\nEND_PROGRAM\n"
-        "CONFIGURATION C1 RESOURCE R1 ON Plc\n"
-        "PROGRAM P1 : P1; PROGRAM Y : P2; END_RESOURCE END_CONFIGURATION"
-    )
-    program.scan(0)
-
-    assert program.read("Y.Seen") == 1
-
-
-def test_a_global_structure_is_shared_by_programs(build: Build) -> None:
-    program = build(
-        "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"
-        "PROGRAM P1\nVAR_EXTERNAL G1 : Pair; END_VAR\nG1.A := G1.A + 1;\nEND_PROGRAM\n"
-        "CONFIGURATION C1 VAR_GLOBAL G1 : Pair := (A := 5); END_VAR RESOURCE R1 ON Plc\n"
-        "PROGRAM X : P1; PROGRAM Y : P1; END_RESOURCE END_CONFIGURATION"
-    )
-    program.scan(0)
-
-    assert program.read("G1") == {"A": 7, "B": 0}
+@pytest.mark.parametrize(
+    ("source", "scans", "path", "value"),
+    [
+        pytest.param(
+            "PROGRAM P1\nVAR A AT %MW0 : WORD; B AT %MW1 : WORD; END_VAR\n"
+            "A := B; B := WORD#5;\nEND_PROGRAM",
+            2, "Main.A", 5, id="variables at addresses only"),
+        pytest.param(
+            "PROGRAM P1\nVAR A AT %MW5 : INT; END_VAR\nA := A + 1;\nEND_PROGRAM\n"
+            "PROGRAM P2\nVAR Seen : INT; END_VAR\nSeen := P1.A;\nEND_PROGRAM\n"
+            "CONFIGURATION C1 RESOURCE R1 ON Plc\n"
+            "PROGRAM P1 : P1; PROGRAM Y : P2; END_RESOURCE END_CONFIGURATION",
+            1, "Y.Seen", 1, id="an address of another program"),
+        pytest.param(
+            "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"
+            "PROGRAM P1\nVAR_EXTERNAL G1 : Pair; END_VAR\nG1.A := G1.A + 1;\nEND_PROGRAM\n"
+            "CONFIGURATION C1 VAR_GLOBAL G1 : Pair := (A := 5); END_VAR RESOURCE R1 ON Plc\n"
+            "PROGRAM X : P1; PROGRAM Y : P1; END_RESOURCE END_CONFIGURATION",
+            1, "G1", {"A": 7, "B": 0}, id="a global structure shared by programs"),
+    ],
+)  # fmt: skip
+def test_programs_share_what_has_one_address(
+    build: Build, source: str, scans: int, path: str, value: object
+) -> None:
+    program = build(source)
+    for scan in range(scans):
+        program.scan(scan * 10_000)
+    assert program.read(path) == value

@@ -51,9 +51,7 @@ def _forbidden(*_: object) -> None:
     raise AssertionError("compiled again")
 
 
-def test_each_change_of_what_goes_in_compiles_anew(
-    cache: Path, matiec: Matiec, compiler: str
-) -> None:
+def test_any_change_compiles_anew(cache: Path, matiec: Matiec, compiler: str) -> None:
     compile_program(_text(1), WANTED, matiec, compiler)
     compile_program(_text(2), WANTED, matiec, compiler)
     assert len(list(cache.iterdir())) == 2
@@ -70,9 +68,7 @@ def test_rcx_cache_off_writes_nothing(
     assert not cache.exists()
 
 
-def test_a_cache_that_cannot_be_written_does_not_matter(
-    cache: Path, matiec: Matiec, compiler: str
-) -> None:
+def test_an_unwritable_cache_is_ignored(cache: Path, matiec: Matiec, compiler: str) -> None:
     cache.write_text("a file where the directory should be")
     assert compile_program(_text(1), WANTED, matiec, compiler)
 
@@ -86,9 +82,7 @@ def test_the_cache_forgets_the_oldest_programs(
     assert len(list(cache.iterdir())) == 2
 
 
-def test_a_c_compiler_that_fails_is_told_with_its_error(
-    cache: Path, matiec: Matiec, tmp_path: Path
-) -> None:
+def test_a_failing_compiler_is_reported(cache: Path, matiec: Matiec, tmp_path: Path) -> None:
     failing = tmp_path / "cc"
     failing.write_text("#!/bin/sh\necho 'x.c:1:2: error: no such thing' >&2\nexit 1\n")
     failing.chmod(0o755)

@@ -25,10 +25,6 @@ def joined(tmp_path: Path) -> tuple[Project, SourceText]:
     return project, join_sources(project)
 
 
-def _matiec(library: Path) -> Matiec:
-    return Matiec(Path("iec2c"), library, library / "C")
-
-
 def test_files_are_joined_in_the_order_that_matiec_wants(
     joined: tuple[Project, SourceText], tmp_path: Path
 ) -> None:
@@ -42,57 +38,41 @@ def test_files_are_joined_in_the_order_that_matiec_wants(
     assert source.place(8) == (tmp_path / "program.st", 5)
 
 
-def test_a_configuration_is_added_where_the_sources_have_none(
-    joined: tuple[Project, SourceText],
-) -> None:
+def test_a_missing_configuration_is_added(joined: tuple[Project, SourceText]) -> None:
     assert "HARNESS_HIDDEN_INSTANCE WITH HARNESS_HIDDEN_TASK : PROBE;" in joined[1].text
 
 
-def test_an_error_of_iec2c_is_told_at_the_users_line(
-    joined: tuple[Project, SourceText], tmp_path: Path
-) -> None:
-    project, source = joined
-    failure = TranslationError([Message("Data type mismatch", 8, 3)], "", 1)
-    error = explain(failure, source, project, _matiec(tmp_path))
-    assert (error.file, error.line, error.column) == (str(tmp_path / "program.st"), 5, 3)
-    assert error.message == "matiec: Data type mismatch"
-
-
-def test_a_name_that_matiec_uses_itself_is_told_at_its_declaration(
-    joined: tuple[Project, SourceText], tmp_path: Path
+@pytest.mark.parametrize(
+    ("failure", "file", "line", "message"),
+    [
+        (([Message("Data type mismatch", 8, 3)], "", 1), "program.st", 5,
+         "matiec: Data type mismatch"),
+        (([], "timer.txt:2-5..2-13: error: invalid input variable(s) declaration.\n", 1), "kind.st",
+         1, "matiec uses the name POINT inside its own library"),
+        (([], "\ncore dumped\n", -11), "program.st", None,
+         "iec2c, the compiler of matiec, crashed on this program or one of 1 more files (SIGSEGV)"),
+        (([], "\nno library\n", 3), "", None, "iec2c failed with status 3 and said: no library"),
+    ],
+    ids=["a mistake", "a name of matiec's library", "a crash", "no place"],
+)  # fmt: skip
+def test_a_failure_of_iec2c_is_reported_at_the_users_line(
+    joined: tuple[Project, SourceText],
+    tmp_path: Path,
+    failure: tuple[list[Message], str, int],
+    file: str,
+    line: int | None,
+    message: str,
 ) -> None:
     project, source = joined
     (tmp_path / "timer.txt").write_text("(* pins *)\n  VAR_INPUT Point : TIME; END_VAR\n")
-    said = "timer.txt:2-5..2-13: error: invalid input variable(s) declaration.\n"
-    error = explain(TranslationError([], said, 1), source, project, _matiec(tmp_path))
-    assert (error.file, error.line) == (str(tmp_path / "kind.st"), 1)
-    assert error.message == "matiec uses the name POINT inside its own library"
+    matiec = Matiec(Path("iec2c"), tmp_path, tmp_path / "C")
+    error = explain(TranslationError(*failure), source, project, matiec)
+    assert error.file == (str(tmp_path / file) if file else None)
+    assert (error.line, error.message) == (line, message)
+    assert "installation" not in str(error) or not file
 
 
-def test_a_crash_is_told_as_one_of_matiec_itself(
-    joined: tuple[Project, SourceText], tmp_path: Path
-) -> None:
-    project, source = joined
-    failure = TranslationError([], "\ncore dumped\n", -11)
-    error = explain(failure, source, project, _matiec(tmp_path))
-    assert error.message == (
-        "iec2c, the compiler of matiec, crashed on this program or one of 1 more files (SIGSEGV)"
-    )
-    assert error.file == str(source.files[-1])
-    assert "installation" not in str(error)
-
-
-def test_a_failure_without_a_place_is_told_with_status_and_output(
-    joined: tuple[Project, SourceText], tmp_path: Path
-) -> None:
-    project, source = joined
-    error = explain(TranslationError([], "\nno library\n", 3), source, project, _matiec(tmp_path))
-    assert error.message == "iec2c failed with status 3 and said: no library"
-
-
-def test_what_only_matiec_refuses_comes_with_file_and_line(
-    compiled: Compile, tmp_path: Path
-) -> None:
+def test_a_refusal_of_matiec_has_its_line(compiled: Compile, tmp_path: Path) -> None:
     """iec2c takes no initial value for a STRING behind another field of a structure."""
     kind = "TYPE TAGGED : STRUCT X : REAL; Tag : STRING; END_STRUCT; END_TYPE\n"
     program = "PROGRAM PROBE\n  VAR\n    P : TAGGED := (Tag := 'a');\n  END_VAR\n  P.Tag := 'b';\n"

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.engines.load import MISSING, Matiec, build
+from structured_text.engines.load import build
+from structured_text.engines.matiec.build import MISSING, Matiec
 from structured_text.errors import InputError
 
 
@@ -23,9 +24,7 @@ def without_matiec(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("without_matiec")
-def test_auto_runs_on_the_built_in_engine_where_matiec_is_missing_and_says_so(
-    program: Path,
-) -> None:
+def test_auto_falls_back_to_the_built_in_engine(program: Path) -> None:
     built = build([program])
     assert built.program.engine == "builtin"
     assert built.notice == ("matiec not found (RCX_MATIEC, PATH): running on the built-in engine")
@@ -62,7 +61,7 @@ def test_matiec_without_a_c_compiler_is_named_as_such(
         build([program], "matiec")
 
 
-def test_the_built_in_engine_can_be_asked_for(program: Path) -> None:
+def test_the_built_in_engine_can_be_chosen(program: Path) -> None:
     built = build([program], "builtin")
     assert (built.program.engine, built.notice) == ("builtin", "")
 

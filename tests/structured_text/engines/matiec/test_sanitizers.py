@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.engines.load import Matiec, find_c_compiler
+from structured_text.engines.matiec.build import Matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 
 _SUPPORT = Path(__file__).parents[3] / "support"
 

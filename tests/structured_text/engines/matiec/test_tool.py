@@ -32,7 +32,7 @@ def _nothing_installed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("structured_text.engines.matiec.build.PACKAGED", ())
 
 
-def test_a_machine_without_matiec_has_none() -> None:
+def test_a_machine_without_matiec_finds_no_matiec() -> None:
     assert find_matiec() is None
     assert find_c_compiler() is None
 
@@ -68,9 +68,7 @@ def test_an_installation_under_a_prefix_is_found_on_path(
     assert found.library == tmp_path / place
 
 
-def test_openplc_keeps_the_headers_elsewhere(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_openplc_has_its_headers_elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     server = tmp_path / "webserver"
     _executable(server / "iec2c")
     _library(server / "lib", headers=server / "core" / "lib")
@@ -80,18 +78,14 @@ def test_openplc_keeps_the_headers_elsewhere(
     assert found.headers == server / "core" / "lib"
 
 
-def test_a_wrong_rcx_matiec_is_an_error_that_says_what_to_name(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_wrong_rcx_matiec_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("RCX_MATIEC", str(tmp_path))
     with pytest.raises(InputError, match="RCX_MATIEC has no iec2c in it") as caught:
         find_matiec()
     assert "the directory that holds iec2c and lib" in caught.value.hint
 
 
-def test_an_iec2c_without_its_library_is_an_error(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_missing_library_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     _executable(tmp_path / "bin" / "iec2c")
     monkeypatch.setenv("RCX_MATIEC", str(tmp_path / "bin"))
     with pytest.raises(InputError, match=r"has no library: neither ieclib.txt nor"):
@@ -116,9 +110,7 @@ echo 'program.st:9-1..9-2: warning: not an error.' >&2
 
 
 @pytest.mark.parametrize(("end", "status"), [("exit 1", 1), ("kill -SEGV $$", -11)])
-def test_a_failing_or_crashing_iec2c_is_an_error_with_its_messages(
-    end: str, status: int, tmp_path: Path
-) -> None:
+def test_a_failing_iec2c_gives_its_messages(end: str, status: int, tmp_path: Path) -> None:
     binary = _executable(tmp_path / "iec2c", _FAILING + end)
     _library(tmp_path / "lib")
     matiec = Matiec(binary, tmp_path / "lib", tmp_path / "lib" / "C")
@@ -127,7 +119,4 @@ def test_a_failing_or_crashing_iec2c_is_an_error_with_its_messages(
     with pytest.raises(TranslationError) as caught:
         matiec.translate(source, tmp_path)
     assert caught.value.status == status
-    assert caught.value.messages == [
-        Message("Data type mismatch", 3, 7),
-        Message("No task", 5, 1),
-    ]
+    assert caught.value.messages == [Message("Data type mismatch", 3, 7), Message("No task", 5, 1)]

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.engines.base import Program
 from structured_text.engines.native.program import NativeProgram
 from structured_text.errors import InputError
 from structured_text.language.types import ElementaryType, Located
@@ -54,14 +53,6 @@ PROGRAM PROBE
   Speed := Speed + 3;
 END_PROGRAM
 """
-
-
-def test_it_is_a_program_of_the_interface(compiled: Compile) -> None:
-    program = compiled(COUNTING)
-    assert isinstance(program, Program)
-    assert program.engine in ("matiec", "strucpp")
-    assert program.tick_us is None
-    assert list(program.instances()) == ["Main"]
 
 
 def test_values_are_read_by_path(compiled: Compile) -> None:
@@ -243,9 +234,7 @@ def test_restore_takes_timers_and_located_variables_back(compiled: Compile) -> N
     assert program.read("Main.Lamp") is True
 
 
-def test_another_instance_takes_a_snapshot_over_without_sharing_anything(
-    compiled: Compile,
-) -> None:
+def test_another_instance_takes_a_snapshot_over_without_sharing_anything(compiled: Compile) -> None:
     for text, path in ((TASKS, "Quick.Total"), (COUNTING, "Main.Speed")):
         first = compiled(text)
         for scan in range(4):
@@ -321,14 +310,8 @@ def test_sources_come_in_any_order(compiled: Compile) -> None:
 def test_walk_names_every_variable_parents_first(compiled: Compile) -> None:
     program = compiled(COUNTING)
     paths = [path for path, _ in program.walk()]
-    assert paths[:6] == [
-        "Main.Image",
-        "Main.Words",
-        "Main.Part",
-        "Main.Part.Count",
-        "Main.Part.Name",
-        "Main.Part.Mode",
-    ]
+    assert paths[:6] == ["Main.Image", "Main.Words", "Main.Part", "Main.Part.Count",
+                         "Main.Part.Name", "Main.Part.Mode"]  # fmt: skip
     for path in paths:
         program.read(path)
 

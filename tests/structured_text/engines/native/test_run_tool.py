@@ -13,7 +13,7 @@ from structured_text.errors import InputError
 from structured_text.output import programs
 
 
-def test_a_compiler_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_compiler_that_never_ends_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """Source: docs/reference/limits.md, programs: 900 s."""
     given: dict[str, object] = {}
 
@@ -30,7 +30,7 @@ def test_a_compiler_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> 
     assert told.value.hint == "make the program smaller, or use --engine builtin"
 
 
-def test_what_it_prints_is_kept() -> None:
+def test_the_output_of_a_tool_is_returned() -> None:
     """Source: engines/native/toolchain.py."""
     done = run_tool([sys.executable, "-c", "print('said'); raise SystemExit(3)"])
     assert (done.returncode, done.stdout.split()) == (3, [b"said"])

@@ -1,4 +1,4 @@
-"""What only the engine STruC++ does: bounds are looked at, a wrong first state is told."""
+"""Peculiarities of the engine STruC++: it checks bounds and reports a wrong first state."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_an_index_out_of_range_ends_the_scan_and_the_next_one_runs(tmp_path: Pat
     assert (program.read("Main.N"), program.read("Main.A")) == (2, [0, 0, 1])
 
 
-def test_a_first_value_that_strucpp_leaves_out_is_told_with_its_line(tmp_path: Path) -> None:
+def test_a_first_value_that_strucpp_leaves_out_has_its_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="does not start Main") as caught:
         _program(
             tmp_path, "    N : INT := 3;\n    Table : ARRAY [1..2] OF INT := [5, 6];", "N := 0;"

@@ -1,4 +1,4 @@
-"""How STruC++ is found, and what is told of what it says; with stand-ins for it."""
+"""How STruC++ is found and how its messages are reported; with stand-ins for it."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _install(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str, compiler:
     monkeypatch.setenv("PATH", "/usr/bin:/bin")
 
 
-def test_a_machine_without_strucpp_has_none() -> None:
+def test_a_machine_without_strucpp_finds_no_strucpp() -> None:
     assert find_strucpp() is None
     assert why_not("strucpp") == "STruC++ not found: set RCX_STRUCPP or PATH"
 
@@ -62,9 +62,7 @@ def test_asking_for_a_missing_strucpp_is_one_clear_error(program: Path) -> None:
     assert str(caught.value) == why_not("strucpp") + ", or use the built-in engine"
 
 
-def test_a_release_is_found_in_the_named_folder_and_on_path(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_release_is_found_on_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     binary = _executable(tmp_path / "release" / "strucpp")
     blocks, headers = _rest(tmp_path / "release", "runtime/include")
     for name in ("RCX_STRUCPP", "PATH"):
@@ -86,9 +84,7 @@ def test_built_sources_are_run_by_node(monkeypatch: pytest.MonkeyPatch, tmp_path
     assert why_not("strucpp") == "STruC++ found, but no C++ compiler: set CXX or PATH"
 
 
-def test_a_wrong_rcx_strucpp_is_an_error_that_says_what_to_name(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_wrong_rcx_strucpp_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("RCX_STRUCPP", str(tmp_path))
     with pytest.raises(InputError, match="has neither strucpp nor dist/node"):
         find_strucpp()
@@ -109,7 +105,7 @@ def test_a_wrong_rcx_strucpp_is_an_error_that_says_what_to_name(
         ("no library", ("program.st", None, None), "STruC++ failed with status 1 and said: no lib"),
     ],
 )
-def test_what_strucpp_refuses_is_told_at_the_users_line(
+def test_a_refusal_of_strucpp_has_the_users_line(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
     program: Path,
@@ -128,7 +124,7 @@ def test_what_strucpp_refuses_is_told_at_the_users_line(
     assert caught.value.message.startswith(message)
 
 
-def test_what_the_cxx_compiler_refuses_is_told_at_the_users_line(
+def test_a_refusal_of_the_cxx_compiler_has_the_users_line(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, program: Path
 ) -> None:
     refusal = "echo 'iec.hpp:9:1: error: no match\n  part0.st:3:2: required from here' >&2; exit 1"

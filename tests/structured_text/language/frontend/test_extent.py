@@ -3,31 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
 from structured_text.errors import InputError
 from structured_text.language import extent, load, parser, recovery
-from structured_text.language.load import check
 
 Errors = Callable[[str], list[InputError]]
 
 
-@pytest.fixture
-def errors(tmp_path: Path) -> Errors:
-    """The mistakes in a text."""
-
-    def found(text: str) -> list[InputError]:
-        file = tmp_path / "Main.st"
-        file.write_text(text, encoding="utf-8")
-        return check([file])
-
-    return found
-
-
 def _chain(kind: str, levels: int) -> str:
-    """Each one has four of the one before."""
+    """Return types or blocks of which each has four of the one before."""
     made = {
         "struct": "TYPE T{}: STRUCT {} END_STRUCT; END_TYPE\n",
         "block": "FUNCTION_BLOCK T{} VAR {} END_VAR END_FUNCTION_BLOCK\n",
@@ -37,37 +23,37 @@ def _chain(kind: str, levels: int) -> str:
     return "".join(parts) + f"PROGRAM Own VAR v: T{levels}; END_VAR END_PROGRAM\n"
 
 
-def test_structures_of_structures_are_counted_without_being_made(errors: Errors) -> None:
+def test_structures_of_structures_are_counted_without_being_made(mistakes_of: Errors) -> None:
     """n(0) = 2 and n(k) = 4 n(k-1) + 1 elements: 2,446,677 at 10, 9,786,709 at 11.
 
     Source: docs/reference/limits.md, programs.
     """
-    assert errors(_chain("struct", 7)) == []
-    (error,) = errors(_chain("struct", 60))
+    assert mistakes_of(_chain("struct", 7)) == []
+    (error,) = mistakes_of(_chain("struct", 60))
     assert error.message == "T11 has 9,786,709 elements, and a program has at most 4,000,000"
     assert (error.line, error.hint) == (12, "make arrays smaller, or declare fewer of them")
 
 
-def test_blocks_in_blocks_are_counted_without_being_made(errors: Errors) -> None:
+def test_blocks_in_blocks_are_counted_without_being_made(mistakes_of: Errors) -> None:
     """(4^9 - 1) / 3 = 87,381 instances in T8, and 349,525 in T9.
 
     Source: docs/reference/limits.md, programs.
     """
-    assert errors(_chain("block", 5)) == []
-    (error,) = errors(_chain("block", 60))
+    assert mistakes_of(_chain("block", 5)) == []
+    (error,) = mistakes_of(_chain("block", 60))
     assert error.message == (
         "T9 has 349,525 instances of function blocks, and a program has at most 200,000"
     )
     assert error.line == 10
 
 
-def test_arrays_of_arrays_are_counted_from_the_inside(errors: Errors) -> None:
+def test_arrays_of_arrays_are_counted_from_the_inside(mistakes_of: Errors) -> None:
     """Source: limits.md, programs: 2^22 - 1 elements and arrays at the 21st level."""
     nested = "ARRAY[0..1] OF " * 40
-    (error,) = errors(f"PROGRAM Own VAR a: {nested}INT; END_VAR END_PROGRAM")
+    (error,) = mistakes_of(f"PROGRAM Own VAR a: {nested}INT; END_VAR END_PROGRAM")
     assert error.message.startswith("this array has 4,194,303 elements, and a program has at most")
     flat = "ARRAY[0..0] OF " * 130
-    (error,) = errors(f"PROGRAM Own VAR a: {flat}INT; END_VAR END_PROGRAM")
+    (error,) = mistakes_of(f"PROGRAM Own VAR a: {flat}INT; END_VAR END_PROGRAM")
     assert (
         error.message == "this array has more than 120 arrays, structures and blocks in each other"
     )
@@ -111,34 +97,32 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
         ),
     ],
 )  # fmt: skip
-def test_all_variables_together_have_one_limit(errors: Errors, text: str, told: str) -> None:
+def test_all_variables_together_have_one_limit(mistakes_of: Errors, text: str, told: str) -> None:
     """Types, initial values, instances, globals and what functions keep count together.
 
     Source: docs/reference/limits.md, programs.
     """
-    (error,) = errors(text)
+    (error,) = mistakes_of(text)
     assert told in error.message
 
 
-def test_so_many_words_are_read_and_no_more(
-    errors: Errors, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_words_have_a_limit(mistakes_of: Errors, monkeypatch: pytest.MonkeyPatch) -> None:
     """Source: docs/reference/limits.md, programs."""
     monkeypatch.setattr(parser, "MOST_TOKENS", 13)
     text = "PROGRAM Own VAR x: INT; END_VAR x := 1;{} END_PROGRAM"
-    assert errors(text.format("")) == []
-    (error,) = errors(text.format(" x := 2;"))
+    assert mistakes_of(text.format("")) == []
+    (error,) = mistakes_of(text.format(" x := 2;"))
     assert error.message == "more than 13 words, numbers and signs up to here"
 
 
 @pytest.mark.parametrize("mistake", ["q := 1;\n", ") ;\n", "'\n"])
-def test_so_many_mistakes_are_told_and_the_rest_is_counted(
-    errors: Errors, mistake: str, monkeypatch: pytest.MonkeyPatch
+def test_mistakes_are_listed_up_to_the_limit(
+    mistakes_of: Errors, mistake: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Source: docs/reference/limits.md, programs."""
     for module in (load, recovery):
         monkeypatch.setattr(module, "MOST_MISTAKES", 20)
-    found = errors(f"PROGRAM Own\n{mistake * 30}END_PROGRAM\n")
+    found = mistakes_of(f"PROGRAM Own\n{mistake * 30}END_PROGRAM\n")
     assert len(found) == 21
     assert (
         "more mistakes, which are not shown" in found[-1].message
@@ -146,39 +130,39 @@ def test_so_many_mistakes_are_told_and_the_rest_is_counted(
     )
 
 
-def test_constants_that_use_each_other_are_worked_out_once(errors: Errors) -> None:
+def test_constants_that_use_each_other_are_worked_out_once(mistakes_of: Errors) -> None:
     """Each of a chain would look at the whole rest of the chain again.
 
     Source: docs/reference/limits.md, programs: 100 in a row.
     """
     chain = "".join(f"c{k}: INT := c{k + 1} + 1;\n" for k in range(400))
     text = f"VAR_GLOBAL CONSTANT\n{chain}c400: INT := 1;\nEND_VAR\nPROGRAM Own END_PROGRAM"
-    found = errors(text)
+    found = mistakes_of(text)
     assert "more than 100 constants and types that use each other in a row" in found[0].message
 
 
-def test_a_name_has_an_end(errors: Errors) -> None:
+def test_a_name_has_an_end(mistakes_of: Errors) -> None:
     """The message has the beginning of the name only.
 
     Source: docs/reference/limits.md, programs.
     """
-    error, _ = errors(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
+    error, _ = mistakes_of(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
     assert error.message == f"a name of 100,000 characters: {'y' * 40}..."
 
 
-def test_comments_that_are_never_closed_are_looked_at_once(errors: Errors) -> None:
+def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) -> None:
     """Each of them would look for its end through the whole rest of the file: for hours.
 
     Source: docs/reference/limits.md.
     """
-    (error,) = errors("PROGRAM Own END_PROGRAM\n" + "(*\n" * 200_000)
+    (error,) = mistakes_of("PROGRAM Own END_PROGRAM\n" + "(*\n" * 200_000)
     assert error.message == "this comment is never closed"
 
 
-def test_comments_behind_names_in_a_case_are_looked_at_once(errors: Errors) -> None:
+def test_comments_behind_names_in_a_case_are_looked_at_once(mistakes_of: Errors) -> None:
     """Source: docs/reference/limits.md."""
     rows = "y; (* *) (* *)\n" * 60
-    found = errors(
+    found = mistakes_of(
         f"PROGRAM Own VAR x, y: INT; END_VAR CASE x OF 1: y := 1;\n{rows}END_CASE; END_PROGRAM"
     )
     assert found

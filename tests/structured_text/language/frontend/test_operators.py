@@ -50,7 +50,7 @@ def test_operators_of_one_rank_go_from_left_to_right(one: str, other: str) -> No
     assert _shown(_parsed(f"a {other} b {one} c")) == f"((a {second} b) {first} c)"
 
 
-def test_what_waits_is_joined_when_a_weaker_operator_comes() -> None:
+def test_a_weaker_operator_joins_the_operands_before() -> None:
     """Source: IEC 61131-3 (2003), annex B.3.1: expressions."""
     found = _shown(_parsed("a OR b AND c = d + e * f ** g - h > i XOR NOT j"))
     assert found == "(a OR ((b AND (c = (((d + (e * (f ** g))) - h) > i))) XOR (NOT j)))"

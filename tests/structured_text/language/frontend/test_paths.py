@@ -1,4 +1,4 @@
-"""Paths to variables, and what is said where there is none."""
+"""Paths to variables, and the messages for wrong paths."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from structured_text.language.load import load
 from structured_text.language.paths import resolve, walk
 from structured_text.language.project import Project
 from structured_text.language.types import ElementaryType
+
+Load = Callable[..., Project]
 
 _SOURCE = """\
 TYPE Outputs : STRUCT Ready : BOOL; Servo : BOOL; END_STRUCT; END_TYPE
@@ -33,7 +35,7 @@ END_PROGRAM
 
 
 @pytest.fixture
-def project(project_of: Callable[..., Project]) -> Project:
+def project(project_of: Load) -> Project:
     return project_of(_SOURCE)
 
 
@@ -52,13 +54,11 @@ def test_names_are_found_without_case_and_given_as_declared(
     project: Project, path: str, canonical: str, steps: tuple[object, ...]
 ) -> None:
     found = resolve(project, path)
-
     assert (found.path, found.root, found.steps) == (canonical, "Main", steps)
 
 
 def test_the_address_of_a_located_variable_is_given(project: Project) -> None:
     found = resolve(project, "Main.Lamp")
-
     assert (found.address, found.type) == ("%QX1.0", ElementaryType("BOOL"))
 
 
@@ -76,40 +76,26 @@ def test_the_address_of_a_located_variable_is_given(project: Project) -> None:
         ("Main.Grid[1,2]", "index 2 is outside -1..1"),
         ("Main.D1.Ref1", "Main.D1.Ref1 is a VAR_IN_OUT and has no value of its own"),
         ("Main.D1.Aid", "has no member Aid"),
-        ("Main..R1", "is no path"),
-        ("Main.R1.Words[x]", "is no path"),
-        ("Main.R1.Words[1", "is no path"),
-        ("Main R1", "is no path"),
-        ("", "is no path"),
+        ("Main..R1", "is not a path"),
+        ("Main.R1.Words[x]", "is not a path"),
+        ("Main.R1.Words[1", "is not a path"),
+        ("Main R1", "is not a path"),
+        ("", "is not a path"),
     ],
 )
-def test_a_wrong_path_is_refused_with_names_near_it(
-    project: Project, path: str, message: str
-) -> None:
+def test_a_wrong_path_gets_suggestions(project: Project, path: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         resolve(project, path)
-
     assert message in str(caught.value)
 
 
 def test_walk_gives_parents_before_children_and_arrays_whole(project: Project) -> None:
-    assert [path for path, _ in walk(project)] == [
-        "Main.R1",
-        "Main.R1.SO",
-        "Main.R1.SO.Ready",
-        "Main.R1.SO.Servo",
-        "Main.R1.Words",
-        "Main.Grid",
-        "Main.D1",
-        "Main.D1.Go",
-        "Main.D1.Delay",
-        "Main.D1.Delay.IN",
-        "Main.D1.Delay.PT",
-        "Main.D1.Delay.Q",
-        "Main.D1.Delay.ET",
-        "Main.Nested",
-        "Main.Lamp",
-    ]
+    assert [path for path, _ in walk(project)] == ["Main.R1", "Main.R1.SO", "Main.R1.SO.Ready",
+                                                   "Main.R1.SO.Servo", "Main.R1.Words", "Main.Grid",
+                                                   "Main.D1", "Main.D1.Go", "Main.D1.Delay",
+                                                   "Main.D1.Delay.IN", "Main.D1.Delay.PT",
+                                                   "Main.D1.Delay.Q", "Main.D1.Delay.ET",
+                                                   "Main.Nested", "Main.Lamp"]  # fmt: skip
 
 
 def test_a_global_variable_may_stand_behind_the_name_of_its_list(tmp_path: Path) -> None:
@@ -133,15 +119,12 @@ def test_a_global_variable_may_stand_behind_the_name_of_its_list(tmp_path: Path)
         assert message in str(caught.value)
 
 
-def test_a_global_variable_is_a_path_of_its_own_and_reached_through_var_external(
-    project_of: Callable[..., Project],
-) -> None:
+def test_a_program_reaches_a_global_through_var_external(project_of: Load) -> None:
     project = project_of(
         "PROGRAM P1\nVAR_EXTERNAL Total : INT; END_VAR\nTotal := 1;\nEND_PROGRAM\n"
         "CONFIGURATION C1 VAR_GLOBAL Total : INT; END_VAR RESOURCE R1 ON Plc\n"
         "PROGRAM A : P1; PROGRAM B : P1; END_RESOURCE END_CONFIGURATION"
     )
-
     for path in ("Total", "A.Total", "b.total"):
         found = resolve(project, path)
         assert (found.path, found.root, found.is_global) == ("Total", "Total", True)

@@ -13,14 +13,14 @@ from structured_text.language.load import check, load
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, ElementaryType, EnumType, StructType
 
+Build = Callable[..., BuiltinProgram]
+Load = Callable[..., Project]
+
 INT, WORD = ElementaryType("INT"), ElementaryType("WORD")
 
 
-def test_a_program_without_configuration_runs_as_main(
-    project_of: Callable[..., Project],
-) -> None:
+def test_a_program_without_configuration_runs_as_main(project_of: Load) -> None:
     project = project_of("PROGRAM Pump\nVAR I : INT; END_VAR\nI := 1;\nEND_PROGRAM")
-
     assert [(name, block.name) for name, block in project.instances.items()] == [("Main", "Pump")]
     assert not project.configured
     assert project.tick_us is None
@@ -30,15 +30,12 @@ def test_a_program_without_configuration_runs_as_main(
 def test_sources_without_a_program_cannot_be_loaded_but_checked(tmp_path: Path) -> None:
     file = tmp_path / "type.st"
     file.write_text("TYPE A1 : INT; END_TYPE")
-
     assert check([file]) == []
     with pytest.raises(InputError, match="there is no PROGRAM"):
         load([file])
 
 
-def test_files_come_in_the_order_of_their_dependencies_however_they_are_given(
-    project_of: Callable[..., Project],
-) -> None:
+def test_files_come_in_the_order_of_their_dependencies(project_of: Load) -> None:
     sources = (
         "PROGRAM P1\nVAR B : Block1; END_VAR\nB(X := 1);\nEND_PROGRAM",
         "FUNCTION_BLOCK Block1\nVAR_INPUT X : INT; END_VAR\nVAR K : Kind; END_VAR\n"
@@ -48,14 +45,8 @@ def test_files_come_in_the_order_of_their_dependencies_however_they_are_given(
         "TYPE Inner : INT; END_TYPE",
     )
     project = project_of(*sources)
-
-    assert [file.name for file in project.files] == [
-        "source4.st",
-        "source3.st",
-        "source2.st",
-        "source1.st",
-        "source0.st",
-    ]
+    assert [file.name for file in project.files] == ["source4.st", "source3.st", "source2.st",
+                                                     "source1.st", "source0.st"]  # fmt: skip
     assert [unit.name for unit in project.units] == ["Inner", "Kind", "Twice", "Block1", "P1"]
     assert list(project.blocks) == ["BLOCK1", "P1"]
 
@@ -79,9 +70,8 @@ END_CONFIGURATION
 """
 
 
-def test_tasks_run_by_priority_and_in_every_nth_tick(project_of: Callable[..., Project]) -> None:
+def test_tasks_run_by_priority_and_in_every_nth_tick(project_of: Load) -> None:
     project = project_of(_TASKS)
-
     assert list(project.instances) == ["First", "Second", "Third", "Fourth"]
     assert [(task.name, task.interval_us, task.priority) for task in project.tasks] == [
         ("Slow", 60_000, 2),
@@ -97,9 +87,8 @@ def test_tasks_run_by_priority_and_in_every_nth_tick(project_of: Callable[..., P
     ]
 
 
-def test_global_and_located_variables_are_known(project_of: Callable[..., Project]) -> None:
+def test_global_and_located_variables_are_known(project_of: Load) -> None:
     project = project_of(_TASKS)
-
     assert {key: (item.name, item.type) for key, item in project.globals.items()} == {
         "LEVEL": ("Level", WORD),
         "TOTAL": ("Total", INT),
@@ -119,7 +108,7 @@ def test_global_and_located_variables_are_known(project_of: Callable[..., Projec
     ],
 )
 def test_located_variables_of_a_program_that_others_name_are_known(
-    runs: str, located: list[tuple[str, str]], project_of: Callable[..., Project]
+    runs: str, located: list[tuple[str, str]], project_of: Load
 ) -> None:
     project = project_of(
         "PROGRAM Feeder VAR Pulse AT %QW1 : INT; N : INT; END_VAR N := N + 1; END_PROGRAM\n"
@@ -135,18 +124,18 @@ def test_located_variables_of_a_program_that_others_name_are_known(
     [("qualified_only", False), ("linkalways", True), ("init_on_onlchange", True)],
 )
 def test_only_one_attribute_keeps_global_names_behind_that_of_their_list(
-    pragma: str, bare: bool, errors_of: Callable[..., list[InputError]]
+    pragma: str, bare: bool, mistakes_of: Callable[..., list[InputError]]
 ) -> None:
     """Source: TwinCAT and CODESYS, attribute 'qualified_only'; the list is called as its file."""
     lists = f"{{attribute '{pragma}'}}\nVAR_GLOBAL Level : INT; END_VAR\n"
     program = "PROGRAM P1\n{0} := 1;\nEND_PROGRAM\n"
-    assert errors_of(lists, program.format("source0.Level")) == []
-    assert [error.line for error in errors_of(lists, program.format("Level"))] == [2] * (not bare)
+    assert mistakes_of(lists, program.format("source0.Level")) == []
+    assert [error.line for error in mistakes_of(lists, program.format("Level"))] == [2] * (not bare)
 
 
-def test_a_variable_goes_before_a_list_of_its_name(build_of: Callable[..., BuiltinProgram]) -> None:
+def test_a_variable_goes_before_a_list_of_its_name(build: Build) -> None:
     """The property is set (+ 1), not the global variable of that name."""
-    program = build_of(
+    program = build(
         "VAR_GLOBAL Level : INT; END_VAR\n",
         "FUNCTION_BLOCK Tank VAR N : INT; END_VAR\n"
         "PROPERTY Level : INT GET Level := N; END_GET SET N := Level + 1; END_SET END_PROPERTY\n"
@@ -157,11 +146,9 @@ def test_a_variable_goes_before_a_list_of_its_name(build_of: Callable[..., Built
     assert program.read("Main.source0.N") == 6
 
 
-def test_a_label_of_a_case_may_be_a_global_constant(
-    build_of: Callable[..., BuiltinProgram],
-) -> None:
+def test_a_label_of_a_case_may_be_a_global_constant(build: Build) -> None:
     """By itself, and behind the name of its list."""
-    program = build_of(
+    program = build(
         "VAR_GLOBAL CONSTANT Full : INT := 3; END_VAR\n",
         "PROGRAM P1 VAR I : INT := 3; A, B : INT; END_VAR\n"
         "CASE I OF 1: A := 1; Full: A := 2; END_CASE;\n"
@@ -171,14 +158,13 @@ def test_a_label_of_a_case_may_be_a_global_constant(
     assert (program.read("Main.A"), program.read("Main.B")) == (2, 2)
 
 
-def test_types_are_resolved_with_names_as_declared(project_of: Callable[..., Project]) -> None:
+def test_types_are_resolved_with_names_as_declared(project_of: Load) -> None:
     project = project_of(
         "TYPE Colour : (RED, GREEN); END_TYPE\n"
         "TYPE Grid : ARRAY [0..1, -1..1] OF Colour; END_TYPE\n"
         "TYPE\n  Speed : INT := 5;\n  Motor : STRUCT Now, Max1 : Speed; Map : Grid; END_STRUCT;\n"
         "END_TYPE\nPROGRAM P1\nVAR M : motor; END_VAR\nM.now := 1;\nEND_PROGRAM"
     )
-
     colour = EnumType("Colour", ("RED", "GREEN"))
     grid = ArrayType("Grid", ((0, 1), (-1, 1)), colour)
     assert project.types["GRID"] == grid
@@ -192,5 +178,4 @@ def test_types_are_resolved_with_names_as_declared(project_of: Callable[..., Pro
 def test_a_file_given_twice_counts_once(tmp_path: Path) -> None:
     file = tmp_path / "one.st"
     file.write_text("PROGRAM P1\nVAR I : INT; END_VAR\nI := 1;\nEND_PROGRAM")
-
     assert load([file, file]).files == (file,)

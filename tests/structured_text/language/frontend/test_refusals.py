@@ -13,6 +13,8 @@ import pytest
 from structured_text.errors import InputError
 from structured_text.language.load import check
 
+Errors = Callable[..., list[InputError]]
+
 _FRAME = """\
 TYPE Colour : (RED, GREEN, BLUE); END_TYPE
 TYPE Mood : (CALM, BLUE_MOOD); END_TYPE
@@ -57,14 +59,14 @@ _STATEMENTS = [
     ("B := 2;", "a BOOL is expected here, not the number 2"),
     ("T1 := 5;", "write a duration"),
     ("T1 := 'a';", "a TIME is expected here, not a STRING"),
-    ("T1 := T#5x;", "T#5x is no duration"),
-    ("T1 := T#5ms3s;", "no duration"),
+    ("T1 := T#5x;", "T#5x is not a duration"),
+    ("T1 := T#5ms3s;", "not a duration"),
     ("T1 := T#106752d;", "T#106752d is too large; a TIME holds 106,751 days"),
-    ("T1 := TOD#12:60:00;", "TOD#12:60:00 is no time of day"),
-    ("Day := D#2023-02-29;", "no date"),
+    ("T1 := TOD#12:60:00;", "TOD#12:60:00 is not a time of day"),
+    ("Day := D#2023-02-29;", "not a date"),
     ("I := INT#99999;", "outside INT"),
     ("I := 2#12;", "is not a number"),
-    ("S1 := 'a$zb';", "$z is no escape"),
+    ("S1 := 'a$zb';", "$z is not an escape"),
     ("C := CALM;", "a Colour is expected here, not a Mood"),
     ("C := M;", "a Colour is expected here, not a Mood"),
     ("C := Colour#PINK;", "Colour has no member PINK"),
@@ -79,7 +81,7 @@ _STATEMENTS = [
     ("Cells[1, 3] := 0;", "index 3 is outside 0..2"),
     ("Limit1 := 6;", "Limit1 is CONSTANT"),
     ("F.Done := TRUE;", "Done is an output of Step1"),
-    ("B := F;", "a block of type Step1 is no value"),
+    ("B := F;", "a block of type Step1 is not a value"),
     ("F(Go := TRUE);", "the VAR_IN_OUT Data of Step1 is missing"),
     ("F(Data := P, Went := TRUE);", "Step1 has no input Went"),
     ("F(Data := P, Done := B);", "write Done => variable"),
@@ -160,11 +162,8 @@ _STATEMENTS = [
 
 
 @pytest.mark.parametrize(("statement", "message"), _STATEMENTS, ids=[s for s, _ in _STATEMENTS])
-def test_a_wrong_statement_is_refused_with_its_line(
-    statement: str, message: str, errors_of: Callable[..., list[InputError]]
-) -> None:
-    errors = errors_of(_FRAME.replace("{body}", f"I := 1;\n{statement}\nI := 2;"))
-
+def test_a_wrong_statement_has_its_line(statement: str, message: str, mistakes_of: Errors) -> None:
+    errors = mistakes_of(_FRAME.replace("{body}", f"I := 1;\n{statement}\nI := 2;"))
     assert errors, "nothing was refused"
     assert message in str(errors[0])
     assert [error.line for error in errors] == [_LINE + 1]
@@ -185,14 +184,14 @@ _DECLARATIONS = [
     ("VAR A : ARRAY [0..1] OF INT := [1, 2, 3]; END_VAR", 2, "3 values for 2 elements"),
     ("VAR A : RTC; END_VAR", 2, "the block RTC is not supported"),
     ("VAR A : Main; END_VAR", 2, "Main uses Main"),
-    ("VAR A : TON := 5; END_VAR", 2, "this is no initial value for a TON"),
+    ("VAR A : TON := 5; END_VAR", 2, "this is not an initial value for a TON"),
     ("VAR to : INT; END_VAR", 2, "to is a reserved word"),
     ("VAR A AT %IX0.0 : INT; END_VAR", 2, "a INT does not fit the address %IX0.0"),
     ("VAR A AT %IX0.0 : ARRAY [0..1] OF BOOL; END_VAR", 2, "does not fit the address %IX0.0"),
     ("VAR A AT %IX5 : ARRAY [0..1] OF BOOL; END_VAR", 2, "does not fit the address %IX5"),
     ("VAR A AT %IW0 : ARRAY [0..1] OF BYTE; END_VAR", 2, "does not fit the address %IW0"),
     ("VAR A AT %IW0.1 : ARRAY [0..1] OF WORD; END_VAR", 2, "does not fit the address %IW0.1"),
-    ("VAR A AT %ZW0 : WORD; END_VAR", 2, "%ZW0 is no address"),
+    ("VAR A AT %ZW0 : WORD; END_VAR", 2, "%ZW0 is not an address"),
     ("VAR A AT %MW0 : WORD; B AT %MW0 : INT; END_VAR", 2, "%MW0 is also declared as WORD"),
     ("VAR_GLOBAL A : INT; END_VAR", 2, "VAR_GLOBAL is not supported in a PROGRAM"),
     ("VAR_EXTERNAL A : INT; END_VAR", 2, "there is no global variable A"),
@@ -206,10 +205,9 @@ _DECLARATIONS = [
     ("section", "line", "message"), _DECLARATIONS, ids=[case[0] for case in _DECLARATIONS]
 )
 def test_a_wrong_variable_is_refused_with_its_line(
-    section: str, line: int, message: str, errors_of: Callable[..., list[InputError]]
+    section: str, line: int, message: str, mistakes_of: Errors
 ) -> None:
-    errors = errors_of(f"PROGRAM Main\n{section}\nEND_PROGRAM\n")
-
+    errors = mistakes_of(f"PROGRAM Main\n{section}\nEND_PROGRAM\n")
     assert errors, "nothing was refused"
     assert message in str(errors[0])
     assert errors[0].line == line or message.startswith("Main uses")
@@ -223,53 +221,32 @@ _UNITS = [
     ("TYPE A1 : INT;", 1, "the file ends in the middle"),
     ("TYPE A1 : (ONE := 32767, TWO); END_TYPE", 1, "a member is outside INT (-32768 to 32767)"),
     ("TYPE A1 : (ONE := 255, TWO) USINT; END_TYPE", 1, "a member is outside USINT (0 to 255)"),
-    (
-        "FUNCTION F1 : INT VAR_IN_OUT A : INT; END_VAR VAR_INPUT B : INT; END_VAR\n"
-        "F1 := A + B; END_FUNCTION\n"
-        "PROGRAM P1 VAR I : INT; END_VAR\nI := F1(B := 1);\nEND_PROGRAM",
-        4,
-        "the input A of F1 is missing",
-    ),
-    (
-        "TYPE A1 : STRUCT B : TON; END_STRUCT; END_TYPE\n"
-        "PROGRAM P1 VAR A : A1; C : BOOL; END_VAR\nC := A.B();\nEND_PROGRAM",
-        3,
-        "this is no method, and has no value",
-    ),
-    (
-        "PROGRAM P1\nVAR CONSTANT N : BOOL := TRUE; END_VAR VAR A : INT := N; END_VAR\n"
-        "A := A;\nEND_PROGRAM",
-        2,
-        "a INT is expected here, not a BOOL",
-    ),
-    (
-        "PROGRAM P1\nVAR CONSTANT A : TON; END_VAR\nEND_PROGRAM",
-        2,
-        "a block cannot stand in VAR CONSTANT of a PROGRAM",
-    ),
-    (
-        "FUNCTION F1 : INT VAR_INPUT A : INT; END_VAR\nF1 := F1(A);\nEND_FUNCTION",
-        1,
-        "recursion is not supported: F1 uses F1",
-    ),
-    (
-        "FUNCTION_BLOCK B1 VAR A : B2; END_VAR\nEND_FUNCTION_BLOCK\n"
-        "FUNCTION_BLOCK B2 VAR A : B1; END_VAR\nEND_FUNCTION_BLOCK",
-        1,
-        "recursion is not supported: B1 uses B2 uses B1",
-    ),
+    ("FUNCTION F1 : INT VAR_IN_OUT A : INT; END_VAR VAR_INPUT B : INT; END_VAR\n"
+     "F1 := A + B; END_FUNCTION\n" "PROGRAM P1 VAR I : INT; END_VAR\nI := F1(B := 1);\nEND_PROGRAM",
+     4, "the input A of F1 is missing"),
+    ("TYPE A1 : STRUCT B : TON; END_STRUCT; END_TYPE\n"
+     "PROGRAM P1 VAR A : A1; C : BOOL; END_VAR\nC := A.B();\nEND_PROGRAM", 3,
+     "this is not a method, and has no value"),
+    ("PROGRAM P1\nVAR CONSTANT N : BOOL := TRUE; END_VAR VAR A : INT := N; END_VAR\n"
+     "A := A;\nEND_PROGRAM", 2, "a INT is expected here, not a BOOL"),
+    ("PROGRAM P1\nVAR CONSTANT A : TON; END_VAR\nEND_PROGRAM", 2,
+     "a block cannot stand in VAR CONSTANT of a PROGRAM"),
+    ("FUNCTION F1 : INT VAR_INPUT A : INT; END_VAR\nF1 := F1(A);\nEND_FUNCTION", 1,
+     "recursion is not supported: F1 uses F1"),
+    ("FUNCTION_BLOCK B1 VAR A : B2; END_VAR\nEND_FUNCTION_BLOCK\n"
+     "FUNCTION_BLOCK B2 VAR A : B1; END_VAR\nEND_FUNCTION_BLOCK", 1,
+     "recursion is not supported: B1 uses B2 uses B1"),
     ("CLASS A1 END_CLASS", 1, "CLASS is not supported (classes"),
     ("PROGRAM P1\nEND_PROGRAM\nPROGRAM P2\nEND_PROGRAM", 3, "several programs"),
     ("INITIAL_STEP A1:", 1, "INITIAL_STEP is not supported (Sequential Function Chart)"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("source", "line", "message"), _UNITS, ids=[case[2] for case in _UNITS])
 def test_a_wrong_declaration_is_refused_with_its_line(
-    source: str, line: int, message: str, errors_of: Callable[..., list[InputError]]
+    source: str, line: int, message: str, mistakes_of: Errors
 ) -> None:
-    errors = errors_of(source)
-
+    errors = mistakes_of(source)
     assert errors, "nothing was refused"
     assert message in str(errors[0])
     assert errors[0].line == line
@@ -307,18 +284,15 @@ _CONFIGURATIONS = [
     ("right", "wrong", "line", "message"), _CONFIGURATIONS, ids=[c[3] for c in _CONFIGURATIONS]
 )
 def test_a_wrong_configuration_is_refused_with_its_line(
-    right: str, wrong: str, line: int, message: str, errors_of: Callable[..., list[InputError]]
+    right: str, wrong: str, line: int, message: str, mistakes_of: Errors
 ) -> None:
-    errors = errors_of(_CONFIGURATION.replace(right, wrong))
-
-    assert errors_of(_CONFIGURATION) == []
+    errors = mistakes_of(_CONFIGURATION.replace(right, wrong))
+    assert mistakes_of(_CONFIGURATION) == []
     assert message in str(errors[0])
     assert errors[0].line == line
 
 
-def test_one_variable_under_two_names_is_refused(
-    errors_of: Callable[..., list[InputError]],
-) -> None:
+def test_one_variable_under_two_names_is_refused(mistakes_of: Errors) -> None:
     """Copying in and out, and references, differ exactly there."""
     block = (
         "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"
@@ -329,7 +303,7 @@ def test_one_variable_under_two_names_is_refused(
     )
 
     def errors(call: str) -> list[int | None]:
-        return [error.line for error in errors_of(f"{block}{call}\nEND_PROGRAM\n")]
+        return [error.line for error in mistakes_of(f"{block}{call}\nEND_PROGRAM\n")]
 
     assert errors("S1(X := I, Y := J);") == []
     assert errors("S1(X := P.A, Y := P.B);") == []
@@ -339,9 +313,7 @@ def test_one_variable_under_two_names_is_refused(
     assert errors("S1(X := L1[I], Y := L1[2]);") == [8]
 
 
-def test_a_global_that_a_block_also_uses_itself_cannot_be_passed_to_it(
-    errors_of: Callable[..., list[InputError]],
-) -> None:
+def test_a_block_cannot_be_given_a_global_that_it_uses(mistakes_of: Errors) -> None:
     source = (
         "FUNCTION_BLOCK Inner VAR_EXTERNAL Shared : INT; END_VAR\nShared := 2;\n"
         "END_FUNCTION_BLOCK\n"
@@ -352,8 +324,7 @@ def test_a_global_that_a_block_also_uses_itself_cannot_be_passed_to_it(
         "CONFIGURATION C1 VAR_GLOBAL Shared : INT; END_VAR\n"
         "RESOURCE R1 ON Plc PROGRAM Main : P1; END_RESOURCE END_CONFIGURATION\n"
     )
-    (error,) = errors_of(source)
-
+    (error,) = mistakes_of(source)
     assert error.line == 8
     assert "Outer also uses the global variable Shared itself" in str(error)
 
@@ -370,31 +341,26 @@ def test_a_global_that_a_block_also_uses_itself_cannot_be_passed_to_it(
     ],
 )
 def test_behind_a_mistake_the_rest_of_the_file_is_checked(
-    source: str, lines: list[int], errors_of: Callable[..., list[InputError]]
+    source: str, lines: list[int], mistakes_of: Errors
 ) -> None:
-    assert [error.line for error in errors_of(source)] == lines
+    assert [error.line for error in mistakes_of(source)] == lines
 
 
-def test_what_runs_is_asked_only_where_nothing_else_is_wrong(
-    errors_of: Callable[..., list[InputError]],
-) -> None:
+def test_two_programs_are_only_a_mistake_of_their_own(mistakes_of: Errors) -> None:
     """There are two programs and no CONFIGURATION, which is one message by itself."""
     source = "PROGRAM P1\nVAR I : {0}; END_VAR\nEND_PROGRAM\nPROGRAM P2\nEND_PROGRAM\n"
-    assert ["there is no type NONE1" in str(one) for one in errors_of(source.format("NONE1"))] == [
-        True
-    ]
-    assert ["several programs" in str(one) for one in errors_of(source.format("INT"))] == [True]
+    assert [
+        "there is no type NONE1" in str(one) for one in mistakes_of(source.format("NONE1"))
+    ] == [True]
+    assert ["several programs" in str(one) for one in mistakes_of(source.format("INT"))] == [True]
 
 
-def test_every_error_of_all_files_is_listed_in_their_order(
-    errors_of: Callable[..., list[InputError]],
-) -> None:
-    errors = errors_of(
+def test_every_error_of_all_files_is_listed_in_their_order(mistakes_of: Errors) -> None:
+    errors = mistakes_of(
         "PROGRAM Main\nVAR I : INT; END_VAR\nI := TRUE;\nIF I = 1 THEN\nI := X;\nEND_IF;\n"
         "END_PROGRAM",
         "FUNCTION_BLOCK B1\nVAR W : WORD; END_VAR\nW := 1.0;\nEND_FUNCTION_BLOCK",
     )
-
     assert [(str(error.file)[-10:], error.line) for error in errors] == [
         ("source0.st", 3),
         ("source0.st", 5),
@@ -406,28 +372,23 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (missing,) = check([tmp_path / "none.st"])
     (tmp_path / "binary.st").write_bytes(b"PROGRAM \xff")
     (binary,) = check([tmp_path / "binary.st"])
-
     assert "cannot be read" in str(missing)
     assert "byte 8 is not UTF-8" in str(binary)
     assert missing.file == str(tmp_path / "none.st")
 
 
 @pytest.mark.parametrize("at", ["", "CONSTANT"])
-def test_a_constant_of_the_configuration_is_constant_in_each_program(
-    at: str, errors_of: Callable[..., list[InputError]]
-) -> None:
+def test_a_constant_of_a_configuration_stays_constant(at: str, mistakes_of: Errors) -> None:
     """However the program declares it; a variable of the configuration can be written."""
     source = _CONFIGURATION.replace("VAR_EXTERNAL", f"VAR_EXTERNAL {at}")
     constant = source.replace("VAR_GLOBAL Shared : INT;", "VAR_GLOBAL CONSTANT Shared : INT := 3;")
     for text, refused in ((source, bool(at)), (constant, True)):
-        errors = errors_of(text)
+        errors = mistakes_of(text)
         assert [error.line for error in errors] == [3] * refused
         assert all("Shared is CONSTANT" in str(error) for error in errors)
 
 
-def test_a_global_that_a_block_does_not_use_may_be_passed_to_it(
-    errors_of: Callable[..., list[InputError]],
-) -> None:
+def test_a_global_that_a_block_does_not_use_may_be_given(mistakes_of: Errors) -> None:
     """And so may a variable of the program's own where the block uses a global of that name."""
     frame = (
         "FUNCTION_BLOCK Inner VAR_IN_OUT X : INT; END_VAR{uses}\nX := 2;\nEND_FUNCTION_BLOCK\n"
@@ -436,18 +397,16 @@ def test_a_global_that_a_block_does_not_use_may_be_passed_to_it(
         "RESOURCE R1 ON Plc PROGRAM Main : P1; END_RESOURCE END_CONFIGURATION\n"
     )
     external, own = "VAR_EXTERNAL Shared : INT; END_VAR", "VAR Shared : INT; END_VAR"
-    assert errors_of(frame.format(uses="", declares=external)) == []
-    assert errors_of(frame.format(uses=f" {external}", declares=own)) == []
+    assert mistakes_of(frame.format(uses="", declares=external)) == []
+    assert mistakes_of(frame.format(uses=f" {external}", declares=own)) == []
 
 
 @pytest.mark.parametrize(
     ("digits", "refused"), [(200, False), (201, True)], ids=["200 characters", "201 characters"]
 )
-def test_a_literal_has_200_characters_at_most(
-    digits: int, refused: bool, errors_of: Callable[..., list[InputError]]
-) -> None:
+def test_a_literal_has_at_most_200_letters(digits: int, refused: bool, mistakes_of: Errors) -> None:
     literal = "0." + "1".rjust(digits - 2, "0")
-    errors = errors_of(f"PROGRAM P1\nVAR L : LREAL; END_VAR\nL := {literal};\nEND_PROGRAM\n")
+    errors = mistakes_of(f"PROGRAM P1\nVAR L : LREAL; END_VAR\nL := {literal};\nEND_PROGRAM\n")
     assert [f"a literal of {digits} characters" in str(error) for error in errors] == (
         [True] * refused
     )
@@ -464,8 +423,8 @@ def test_a_literal_has_200_characters_at_most(
     ],
 )
 def test_a_mistake_has_the_column_where_it_begins(
-    source: str, line: int, column: int, errors_of: Callable[..., list[InputError]]
+    source: str, line: int, column: int, mistakes_of: Errors
 ) -> None:
     """Counted from 1."""
-    (error,) = errors_of(source)
+    (error,) = mistakes_of(source)
     assert (error.line, error.column) == (line, column)

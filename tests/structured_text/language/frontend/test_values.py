@@ -76,7 +76,6 @@ def test_a_value_of_the_type_is_taken(kind: Type, value: Any, held: Any) -> None
 def test_any_other_value_is_refused_with_the_path(kind: Type, value: Any, message: str) -> None:
     with pytest.raises(InputError) as caught:
         from_python(kind, value, "Main.X")
-
     assert message in str(caught.value)
     assert "Main.X" in str(caught.value)
 
@@ -92,5 +91,5 @@ def test_any_other_value_is_refused_with_the_path(kind: Type, value: Any, messag
         ("BOOL", 0, False),
     ],
 )
-def test_what_is_held_is_read_back_in_whole_microseconds(name: str, held: Any, value: Any) -> None:
+def test_values_are_read_in_whole_microseconds(name: str, held: Any, value: Any) -> None:
     assert scalar_to_python(_elementary(name), held) == value

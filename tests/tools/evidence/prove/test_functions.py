@@ -8,7 +8,7 @@ import pytest
 
 from proving import library
 from rcx_tools.evidence.prove.functions import PROPERTIES
-from structured_text.prove.solve import ask
+from rcx_tools.evidence.prove.solve import ask
 
 (_FUNCTIONS,) = PROPERTIES
 _PART = "FC_RCXMILLISECONDS"

@@ -10,9 +10,9 @@ import z3
 from proving import library, statuses
 from rcx_tools.evidence.prove import contract, overflow, safety
 from rcx_tools.evidence.prove.library import Library
+from rcx_tools.evidence.prove.solve import ask
 from rcx_tools.evidence.prove.summaries import SUMMARIES
 from structured_text.prove import reals
-from structured_text.prove.solve import ask
 
 (_CONTRACT,), (_OVERFLOW,), (_SAFETY,) = (
     contract.PROPERTIES,

@@ -10,7 +10,7 @@ import z3
 
 from proving import library, statuses
 from rcx_tools.evidence.prove.safety import PROPERTIES, exactly
-from structured_text.prove.solve import ask
+from rcx_tools.evidence.prove.solve import ask
 
 (_SAFETY,) = PROPERTIES
 

@@ -20,10 +20,11 @@ from rcx_tools.evidence.prove import telegrams
 from rcx_tools.evidence.prove.legality import legal
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.pin_telegrams import Expected
+from rcx_tools.evidence.prove.solve import ask
 from second_reading import every_reading
 from structured_text.engines.base import Value
 from structured_text.output.toml_files import load_toml
-from structured_text.prove.solve import PROVED, ask
+from structured_text.prove.logic import PROVED
 from structured_text.prove.texts import Text
 
 _BUGS = {

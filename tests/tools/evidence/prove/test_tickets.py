@@ -8,11 +8,12 @@ import pytest
 import z3
 
 from rcx_tools.evidence.prove.library import Library
+from rcx_tools.evidence.prove.solve import ask
 from rcx_tools.evidence.prove.tickets import PROPERTIES, turns
 from rcx_tools.evidence.results import ROOT
 from structured_text.output.toml_files import load_toml
 from structured_text.projects.needed import needed
-from structured_text.prove.solve import PROVED, REFUTED, ask
+from structured_text.prove.logic import PROVED, REFUTED
 
 _LIB = ROOT / "plc/lib"
 _BUGS = ROOT / "tests/tools/evidence/proof_bugs/tickets.toml"

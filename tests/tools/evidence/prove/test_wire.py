@@ -10,9 +10,10 @@ import pytest
 
 from rcx_tools.evidence.prove.jobs import PROPERTIES
 from rcx_tools.evidence.prove.library import Library
+from rcx_tools.evidence.prove.solve import ask
 from structured_text.output.toml_files import load_toml
 from structured_text.projects.needed import needed
-from structured_text.prove.solve import PROVED, REFUTED, ask
+from structured_text.prove.logic import PROVED, REFUTED
 
 _LIBRARY = Path(__file__).resolve().parents[4] / "plc/lib"
 _BUGS = load_toml(Path(__file__).parents[1] / "proof_bugs/wire.toml")["bug"]

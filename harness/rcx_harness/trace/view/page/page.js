@@ -4,6 +4,7 @@ import { Axis, duration, seconds, ticks } from "./axis.js";
 import { Chart, coloursOf, element, prepared } from "./chart.js";
 import { Events, Lane, unpack } from "./data.js";
 import { drawTimes } from "./draw.js";
+import { Player } from "./play.js";
 import { Robots } from "./robots.js";
 import { find, step } from "./search.js";
 
@@ -11,6 +12,7 @@ const ZOOM = 0.5;
 const EVENT = 24; // height of an event in the list
 const LONGEST = 8e6; // pixels that a list may be high: what browsers can scroll
 const AROUND = 300_000; // shown before and behind what was found, at least [us]
+const WHILE_PLAYING = [" ", "+", "=", "-", "0", "t"]; // keys that do not end playing
 const PAPER = { width: 1030, height: 590, head: 26, names: 290, scale: 3, most: 300 }; // A4 in CSS pixels
 const KINDS = {
   rule: "rules",
@@ -26,6 +28,7 @@ const KEYS = [
   ["Home End", "to the beginning, to the end"],
   ["↑ ↓", "choose a signal; Enter opens or closes a group"],
   [", .", "cursor to the change of the signal before, to the next one"],
+  ["Space", "play the run from the cursor on, or pause it"],
   ["a b", "which cursor moves; a click puts it, Shift and click puts B"],
   ["c", "show what is between the cursors"],
   ["n p", "next broken rule, the one before"],
@@ -48,6 +51,7 @@ class Page {
   #place = -1;
   #hidden = new Set(["variable"]);
   #robots;
+  #player;
   #waits = false;
 
   constructor(table, bytes) {
@@ -60,6 +64,11 @@ class Page {
     this.#chart = new Chart(document, table, this.#lanes);
     byId("robots").hidden = !table.robots.length;
     this.#robots = new Robots(byId("robots").querySelector("div"), table.robots, this.#lanes);
+    this.#player = new Player(
+      (frame) => requestAnimationFrame(frame),
+      (t) => this.#playedTo(t),
+      () => (byId("play").textContent = this.#player.playing ? "❚❚ Pause" : "▶ Play"),
+    );
     this.#chart.onMove = () => this.#read();
     this.#chart.onSelect = (lane, name) => (byId("selected").textContent = name);
     byId("about").textContent = table.about;
@@ -126,6 +135,15 @@ class Page {
     on("in", () => this.#zoom(ZOOM));
     on("out", () => this.#zoom(1 / ZOOM));
     on("fit", () => chart.show(chart.axis.begin, chart.axis.end));
+    on("play", () => this.#play());
+    byId("pace").addEventListener("change", () => {
+      if (!this.#player.playing) return;
+      this.#player.stop();
+      this.#play();
+    });
+    for (const canvas of ["plot", "times", "list"]) {
+      byId(canvas).addEventListener("pointerdown", () => this.#player.stop());
+    }
     on("a", () => this.#activate("a"));
     on("b", () => this.#activate("b"));
     on("before", () => chart.step(-1));
@@ -159,6 +177,25 @@ class Page {
     const { axis, cursors, active } = this.#chart;
     const x = cursors[active] === null ? undefined : axis.x(cursors[active]);
     this.#chart.zoom(factor, x >= 0 && x <= axis.width ? x : undefined);
+  }
+
+  // Plays on from the cursor; from the beginning if there is no cursor or it is at the end.
+  #play() {
+    if (this.#player.playing) return this.#player.stop();
+    const { begin, end } = this.#table;
+    const { cursors, active } = this.#chart;
+    const at = cursors[active];
+    const from = at === null || at >= end ? begin : at;
+    this.#player.start(from, end, Number(byId("pace").value));
+  }
+
+  // The cursor goes along; where it leaves what is shown, the next part is shown.
+  #playedTo(now) {
+    const { axis } = this.#chart;
+    const { end, step } = this.#table;
+    const t = now < end ? now - (now % step) : end; // as exact as the times that were recorded
+    if (t < axis.from || t > axis.to) axis.show(t, t + axis.span);
+    this.#chart.put(t);
   }
 
   #activate(which) {
@@ -220,6 +257,7 @@ class Page {
       ".": () => chart.step(1),
       a: () => this.#activate("a"),
       b: () => this.#activate("b"),
+      " ": () => this.#play(),
       c: () => this.#between(),
       n: () => this.#toRule(1),
       p: () => this.#toRule(-1),
@@ -228,7 +266,10 @@ class Page {
       "?": () => byId("keys").showModal(),
     };
     if (key === "Enter" && at === byId("names")) acts.Enter = () => chart.chooseHere();
-    const act = acts[key];
+    // A focused button, box or list takes the space bar itself.
+    const isOwn = key === " " && at.matches("button, input, select, summary");
+    const act = isOwn ? null : acts[key];
+    if (act && !WHILE_PLAYING.includes(key)) this.#player.stop();
     if (act) act();
     return Boolean(act);
   }

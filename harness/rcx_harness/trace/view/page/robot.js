@@ -336,7 +336,9 @@ export class RobotView {
     const step = GRIDS.find((one) => one * scale >= 45) ?? 2000;
     for (let x = Math.ceil(box.left / step) * step; x <= box.right; x += step) {
       this.#line(pane, "rv-grid", [pane.x(x), pane.top], [pane.x(x), pane.top + pane.height]);
-      this.#text(pane.x(x) + 2, pane.top + pane.height - 4, String(x), "rv-soft");
+      const text = String(x);
+      if (pane.x(x) + 2 + text.length * CHARACTER > pane.left + pane.width) continue; // it would be cut
+      this.#text(pane.x(x) + 2, pane.top + pane.height - 4, text, "rv-soft");
     }
     for (let y = Math.ceil(box.low / step) * step; y <= box.high; y += step) {
       this.#line(pane, "rv-grid", [pane.left, pane.y(y)], [pane.left + pane.width, pane.y(y)]);

@@ -10,13 +10,14 @@ from typing import Any, Protocol
 
 from structured_text.engines.base import Program
 from structured_text.engines.builtin.module import Module
-from structured_text.engines.load import MISSING, find_c_compiler, find_matiec
+from structured_text.engines.matiec.build import MISSING, find_matiec
 from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.language import tree as t
 from structured_text.language.load import checked
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, Type
-from structured_text.prove.machine import Path
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["Compiled", "Engine", "Subject", "missing"]
 

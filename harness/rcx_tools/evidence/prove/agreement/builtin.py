@@ -14,7 +14,7 @@ from structured_text.engines.builtin.storage import is_scalar
 from structured_text.language import tree as t
 from structured_text.language.types import ArrayType, ElementaryType, Type
 from structured_text.prove import values
-from structured_text.prove.machine import Path
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["BuiltinEngine", "double", "shown", "single"]
 

@@ -33,7 +33,8 @@ from rcx_tools.evidence.prove.states import States
 from structured_text.language import tree as t
 from structured_text.language.types import ArrayType, Type
 from structured_text.prove import values
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["ENGINES", "MATIEC_SCANS", "SCANS", "Outcome", "agree", "agreed"]
 

@@ -16,7 +16,8 @@ from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.prove.sources import prover_state
 from rcx_tools.evidence.prove.summaries import WAVES
-from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.prove.logic import UnsupportedError
 
 __all__ = [

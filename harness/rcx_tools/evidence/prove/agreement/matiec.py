@@ -24,7 +24,7 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import nest
 from structured_text.prove import values
-from structured_text.prove.machine import Path
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["MatiecEngine"]
 

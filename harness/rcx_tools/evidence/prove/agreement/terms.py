@@ -19,7 +19,8 @@ from rcx_tools.evidence.prove.summaries import SUMMARIES
 from structured_text.language.types import ArrayType, ElementaryType, Type
 from structured_text.language.values import array_length
 from structured_text.prove import reals, texts, values
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["LREAL", "Translation", "bodies", "held", "long", "symbols"]
 

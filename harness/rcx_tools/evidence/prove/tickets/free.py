@@ -11,7 +11,7 @@ from rcx_tools.evidence.prove.library import ROBOT, Library
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.summaries import LONGEST_MS
 from rcx_tools.evidence.prove.tickets import model, turns
-from structured_text.prove.machine import Path
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["PROPERTIES"]
 

@@ -16,7 +16,8 @@ import z3
 
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.summaries import SUMMARIES
-from structured_text.prove.machine import Alternatives, Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Alternatives, Path
 from structured_text.prove.values import TIME_BITS
 
 __all__ = [

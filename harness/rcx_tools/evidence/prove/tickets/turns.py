@@ -11,7 +11,8 @@ import z3
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.tickets import model, writers
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["PROPERTIES", "Step", "call", "parts", "shown", "write"]
 

@@ -1,0 +1,76 @@
+"""Tables of the variables that have no later effect, for the types of a library.
+
+A variable that no table names is stored unchanged. A table may name a variable only if every call
+writes it before reading it (dropped), if it has the same value after every scan (fixed), or if it
+is read only under a condition. The entries are checked: for every new state the search repeats one
+scan with arbitrary values in all omitted variables, with all tickets shifted and at another time.
+It must lead to the same state (`search`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+__all__ = ["Omitted", "Tables"]
+
+
+@dataclass(frozen=True)
+class Omitted:
+    """The variables of one type that are not stored unchanged.
+
+    Attributes:
+        dropped: Written before they are read, in every scan in which they are read.
+        fixed: The same after every scan: constants, and requests that are cleared at its end.
+        flags: Words of which only "is it 0" has a later effect: the shown ErrorID.
+        while_true: Condition -> variables that are read only while it is true. The condition is
+            Python, with `o` for the object itself and `robot` for the shared structure:
+            `Tables.shared`.
+        tickets: Ticket -> its channel, as `command`, `sequence` or `own`.
+        scans: Numbers of scans: that of the last one, or of an earlier one.
+    """
+
+    dropped: str = ""
+    fixed: str = ""
+    flags: str = ""
+    while_true: Mapping[str, str] = field(default_factory=dict)
+    tickets: Mapping[str, str] = field(default_factory=dict)
+    scans: str = ""
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The blocks and structures of a library, for the abstraction; all names are in upper case.
+
+    The blocks take tickets of channels and compare them with the channel's Serving. The shared
+    structure contains the number of the scan. Without tables every variable is stored unchanged.
+
+    Attributes:
+        types: Variables that are not stored unchanged, by the name of the type.
+        reference: A structure that a program has once: all blocks of one device refer to it.
+        variable: The program's name of that variable, which is stored only in part.
+        member: The member of it that conditions call `robot`.
+        shared: The type of this member.
+        devices: The word for the devices, for a program with several such structures.
+        unless: Members of `shared` that are dropped unless the program has a block.
+        channel: The structure of a channel, whose tickets count.
+        job: The block that works on the channel that is passed to it.
+        owners: Blocks whose job works on another channel than `sequence`.
+        own: Blocks whose job works on a private channel.
+        clock: A block that restarts its timer in each scan, and reads the time since the last.
+        core: Prefixes of the names of blocks and structures that no program uses directly.
+    """
+
+    types: Mapping[str, Omitted] = field(default_factory=dict)
+    reference: str = ""
+    variable: str = ""
+    member: str = ""
+    shared: str = ""
+    devices: str = ""
+    unless: Mapping[str, str] = field(default_factory=dict)
+    channel: str = ""
+    job: str = ""
+    owners: Mapping[str, str] = field(default_factory=dict)
+    own: Collection[str] = ()
+    clock: str = ""
+    core: tuple[str, ...] = ()

@@ -1,0 +1,417 @@
+"""Values, tags and conversions of Logix, as the standard writes them.
+
+Logix converts implicitly between its types. Here each conversion is written, following the Logix
+manual: integers are calculated as DINT or longer, a REAL is rounded to an integer, and AND, OR, XOR
+and NOT of integers are bitwise.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from structured_text.errors import VARIABLES, InputError
+from structured_text.language.lexer import KEYWORDS
+from structured_text.language.source import Line
+from structured_text.projects.rockwell.data import INTEGERS, NUMBERS, STORED, Data, Types
+
+__all__ = ["ExpressionReader", "Routine", "Token", "Value", "bare", "plain_tag", "tokens_of"]
+
+#: Additional variables that translated statements may need.
+COUNTER, FIRST_SCAN = f"{VARIABLES}Index", f"{VARIABLES}FirstScan"
+
+_TOKEN = re.compile(
+    r"""(?P<skip>\s+|//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z)|\#(?:end)?region[^\n]*)
+      | (?P<number>(?:2|8|16)\#[0-9A-F_]+|\d[\d_]*(?:\.\d+)?(?:E[-+]?\d+)?)
+      | (?P<text>'(?:\$.|[^$'\n])*')
+      | (?P<name>\\?[^\W\d]\w*(?::\w+)*)
+      | (?P<sign>\[:=\]|:=|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.?])
+      | (?P<unknown>.)
+    """,
+    re.VERBOSE | re.DOTALL | re.IGNORECASE,
+)
+#: Enough characters for a LWORD in binary, and for any real.
+_LONGEST_NUMBER = 80
+_REALS = ("SQRT", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "EXP")
+_SCALED = {"DEG": "57.2957795", "RAD": "0.0174532925"}
+_RANKS: tuple[tuple[str, ...], ...] = (
+    ("OR",),
+    ("XOR",),
+    ("AND", "&"),
+    ("=", "<>"),
+    ("<", ">", "<=", ">="),
+    ("+", "-"),
+    ("*", "/", "MOD"),
+)
+_BITS = {"DINT": "DWORD", "UDINT": "DWORD", "LINT": "LWORD", "ULINT": "LWORD"}
+
+
+@dataclass(frozen=True)
+class Token:
+    """A word, number, text or sign of a routine, and its line in the file."""
+
+    kind: str
+    text: str
+    at: int
+
+    @property
+    def word(self) -> str:
+        """Return the text in upper case; empty for a number or a text."""
+        return self.text.upper() if self.kind in ("name", "sign") else ""
+
+
+@dataclass
+class Routine:
+    """The scope of a routine: the meaning of its names.
+
+    Attributes:
+        file: The file, for messages.
+        types: The types of the project.
+        tags: Tags of the routine's program or instruction and of the controller, in upper case.
+        aliases: Tags that stand for others.
+        routines: Routines that JSR can call, in upper case, with their names.
+        needs: Additional declarations: COUNTER, FIRST_SCAN, and names of helper blocks.
+    """
+
+    file: Path
+    types: Types
+    tags: Mapping[str, Data]
+    aliases: Mapping[str, str]
+    routines: Mapping[str, str]
+    needs: set[str] = field(default_factory=set)
+
+
+def plain_tag(name: str) -> str:
+    """Return a name of the standard: `Local:1:I` becomes Local_1_I, a reserved word gets `_1`."""
+    plain = name.replace(":", "_").lstrip("\\")
+    return f"{plain}_1" if plain.upper() in KEYWORDS else plain
+
+
+Value = tuple[str, str]
+"""An expression as it is written, and its type; integers are DINT or longer."""
+
+
+class ExpressionReader:
+    """The reader of values, tags and conversions from the tokens of a routine."""
+
+    def __init__(self, tokens: Sequence[Token], last: int, routine: Routine) -> None:
+        self._tokens = tokens
+        self._end = Token("end", "", last)
+        self._place = 0
+        self._routine = routine
+
+    # --- tokens ---------------------------------------------------------------------------
+
+    def _peek(self, ahead: int = 0) -> Token:
+        place = self._place + ahead
+        return self._tokens[place] if place < len(self._tokens) else self._end
+
+    def _next(self) -> Token:
+        token = self._peek()
+        self._place += 1
+        return token
+
+    def _take(self, word: str) -> bool:
+        if self._peek().word == word:
+            self._place += 1
+            return True
+        return False
+
+    def _expect(self, word: str) -> None:
+        token = self._peek()
+        if not self._take(word):
+            found = repr(token.text) if token.text else "the end"
+            raise self._error(f"{word} is expected, not {found}", token)
+
+    def _error(self, message: str, token: Token, hint: str = "") -> InputError:
+        return InputError(message, file=self._routine.file, line=token.at, hint=hint)
+
+    # --- expressions ----------------------------------------------------------------------
+
+    def _condition(self) -> str:
+        token = self._peek()
+        text, kind = self._value()
+        if kind != "BOOL":
+            raise self._error(f"a condition must be BOOL, not {kind}", token)
+        return bare(text)
+
+    def _whole(self, value: Value) -> str:
+        text, kind = value
+        if kind not in INTEGERS:
+            raise self._error(f"a whole number is needed, not {kind}", self._peek())
+        return text
+
+    def _value(self, rank: int = 0) -> Value:
+        if rank == len(_RANKS):
+            return self._unary()
+        left = self._value(rank + 1)
+        while self._peek().word in _RANKS[rank]:
+            token = self._next()
+            left = self._binary(left, token, self._value(rank + 1))
+        return left
+
+    def _binary(self, left: Value, token: Token, right: Value) -> Value:
+        op = {"&": "AND"}.get(token.word, token.word)
+        left, right = self._flags(left, right), self._flags(right, left)
+        kinds = {left[1], right[1]}
+        compares = op in ("=", "<>", "<", ">", "<=", ">=")
+        if op in ("AND", "OR", "XOR"):
+            if kinds == {"BOOL"}:
+                return f"({left[0]} {op} {right[0]})", "BOOL"
+            if kinds <= set(INTEGERS):
+                kind = _common(left[1], right[1])
+                bits = _BITS[kind]
+                sides = [f"{kind}_TO_{bits}({_as(one, kind)})" for one in (left, right)]
+                return f"{bits}_TO_{kind}({sides[0]} {op} {sides[1]})", kind
+        elif compares and kinds in ({"BOOL"}, {"STRING"}):
+            return f"({left[0]} {op} {right[0]})", "BOOL"
+        elif kinds <= set(NUMBERS):
+            kind = _common(left[1], right[1])
+            if op == "MOD" and kind in ("REAL", "LREAL"):
+                raise self._error("MOD of REAL is not supported", token)
+            text = f"({_as(left, kind)} {op} {_as(right, kind)})"
+            return text, "BOOL" if compares else kind
+        raise self._error(f"{left[1]} {token.text} {right[1]} is not possible", token)
+
+    def _flags(self, one: Value, other: Value) -> Value:
+        """Return FALSE or TRUE for a 0 or 1 that is combined with a BOOL."""
+        if other[1] == "BOOL" and one in (("0", "DINT"), ("1", "DINT")):
+            return ("TRUE" if one[0] == "1" else "FALSE"), "BOOL"
+        return one
+
+    def _unary(self) -> Value:
+        token = self._peek()
+        if self._take("NOT"):
+            text, kind = self._unary()
+            if kind == "BOOL":
+                return f"NOT ({text})", "BOOL"
+            if kind in INTEGERS:
+                bits = _BITS[kind]
+                return f"{bits}_TO_{kind}(NOT {kind}_TO_{bits}({text}))", kind
+            raise self._error(f"NOT of {kind} is not possible", token)
+        if self._take("-"):
+            text, kind = self._unary()
+            if kind not in NUMBERS:
+                raise self._error(f"- of {kind} is not possible", token)
+            return f"(-{text})", kind
+        self._take("+")
+        return self._power()
+
+    def _power(self) -> Value:
+        """Read operators `**`, which bind more tightly than a sign.
+
+        Source: 1756-PM007, order of execution.
+        """
+        left = self._primary()
+        while self._take("**"):
+            right = self._unary() if self._peek().word in ("-", "+", "NOT") else self._primary()
+            left = f"({_as(left, 'REAL')} ** {_as(right, 'REAL')})", "REAL"
+        return left
+
+    def _primary(self) -> Value:
+        token = self._peek()
+        if self._take("("):
+            value = self._value()  # a compound value has brackets already
+            self._expect(")")
+            return value
+        if token.kind == "number":
+            return _number(self._next().text, token, self._routine.file)
+        if token.kind == "text":
+            return self._next().text, "STRING"
+        if token.kind != "name" or token.word in KEYWORDS:
+            if token.word in ("TRUE", "FALSE"):
+                return self._next().word, "BOOL"
+            found = repr(token.text) if token.text else "the end"
+            raise self._error(f"a value is expected, not {found}", token)
+        if self._peek(1).text == "(":
+            return self._function()
+        text, data = self._variable()
+        return self._read(text, data, token)
+
+    def _read(self, text: str, data: Data, token: Token) -> Value:
+        types = self._routine.types
+        if types.is_string(data):
+            return text, "STRING"
+        if not types.is_simple(data):
+            raise self._error(f"{text} is not a single value", token)
+        kind = data.type
+        if data.stored:
+            text = f"{STORED[kind]}_TO_{kind}({text})"
+        if kind in INTEGERS and INTEGERS.index(kind) < INTEGERS.index("DINT"):
+            return f"{kind}_TO_DINT({text})", "DINT"
+        return text, kind
+
+    def _function(self) -> Value:
+        token = self._next()
+        self._expect("(")
+        name = token.word
+        value = self._value()
+        self._expect(")")
+        if name == "ABS" and value[1] in NUMBERS:
+            return f"ABS({value[0]})", value[1]
+        if name in ("TRUNC", "TRN") and value[1] in ("REAL", "LREAL"):
+            return f"TRUNC({value[0]})", "DINT"
+        if value[1] in NUMBERS:
+            kind = "LREAL" if value[1] == "LREAL" else "REAL"
+            if name in _REALS:
+                return f"{name}({_as(value, kind)})", kind
+            if name in _SCALED:
+                return f"({_as(value, kind)} * {_SCALED[name]})", kind
+        raise self._error(f"the function {token.text} of {value[1]} is not supported", token)
+
+    # --- tags -----------------------------------------------------------------------------
+
+    def _variable(self, *, written: bool = False, element: bool = True) -> tuple[str, Data]:
+        """Read a tag with its members, elements and bits; `element` False leaves a last index."""
+        token = self._next()
+        if token.kind != "name" or token.word in KEYWORDS:
+            raise self._error(f"a tag is needed here, not {token.text!r}", token)
+        routine = self._routine
+        if token.word == "S:FS":
+            routine.needs.add(FIRST_SCAN)
+            return FIRST_SCAN, Data("BOOL")
+        alias = routine.aliases.get(token.word)
+        if alias is not None:
+            inner = ExpressionReader(tokens_of([Line(alias, token.at)]), token.at, routine)
+            text, data = inner._variable()
+        else:
+            found = routine.tags.get(token.word)
+            if found is None:
+                raise self._error(
+                    f"there is no tag {token.text} in this file",
+                    token,
+                    "export it with the controller's tags; inputs and outputs of modules are "
+                    "not read"
+                    if ":" in token.text
+                    else "",
+                )
+            text, data = plain_tag(token.text), found
+        while self._peek().text in (".", "["):
+            if self._peek().text == "[":
+                if not data.sizes:
+                    raise self._error(f"{text} is not an array", token)
+                if not element and self._ends_with_index():
+                    break
+                text, data = self._indexed(text, data, token)
+            else:
+                self._next()
+                text, data = self._member(text, data, token)
+                if written and text.startswith("LEN("):
+                    raise self._error("the length of a text cannot be set", token)
+        return text, data
+
+    def _ends_with_index(self) -> bool:
+        """Return whether the next index is the last part of the tag."""
+        depth, ahead = 0, 0
+        while self._peek(ahead).kind != "end":
+            depth += {"[": 1, "]": -1}.get(self._peek(ahead).text, 0)
+            ahead += 1
+            if not depth:
+                break
+        return self._peek(ahead).text not in (".", "[")
+
+    def _indexed(self, text: str, data: Data, token: Token) -> tuple[str, Data]:
+        self._expect("[")
+        indices = [self._whole(self._value())]
+        while self._take(","):
+            indices.append(self._whole(self._value()))
+        self._expect("]")
+        if len(indices) != len(data.sizes):
+            raise self._error(f"{text} has {len(data.sizes)} dimensions", token)
+        return f"{text}[{', '.join(indices)}]", data.element
+
+    def _member(self, text: str, data: Data, token: Token) -> tuple[str, Data]:
+        name = self._next()
+        types = self._routine.types
+        if name.kind == "number" and data.type in INTEGERS and not data.sizes:
+            return f"{text}.{name.text}", Data("BOOL")
+        if types.is_string(data):
+            if name.word == "LEN":
+                return f"LEN({text})", Data("INT")
+            raise self._error(f".{name.text} of a text is not supported", token)
+        member = types.members.get(data.type.upper(), {}).get(name.word)
+        if member is None or data.sizes:
+            raise self._error(f"{text} has no member {name.text}", token)
+        return f"{text}.{plain_tag(name.text)}", member
+
+    # --- conversions ----------------------------------------------------------------------
+
+    def _converted(self, value: Value, kind: str, token: Token) -> str:
+        """Return a value converted to the type of a tag."""
+        text, given = self._flags(value, ("", kind))
+        if given == kind:
+            return text
+        same = re.fullmatch(rf"{kind}_TO_DINT\(([\w.]+)\)", text)
+        if same:  # it was only widened to DINT, and not used in a calculation
+            return same[1]
+        if {given, kind} <= set(NUMBERS):
+            literal = given == "DINT" and re.fullmatch(r"\d+", text)
+            if literal and kind in INTEGERS and int(text) < 128:
+                return text
+            if literal and kind in ("REAL", "LREAL"):
+                return f"{text}.0"
+            return f"{given}_TO_{kind}({text})"
+        raise self._error(f"{given} is not a value for {kind}", token)
+
+
+def bare(text: str) -> str:
+    """Return a text without brackets around all of it."""
+    if not text.startswith("("):
+        return text
+    depth = 0
+    for place, sign in enumerate(text):
+        depth += {"(": 1, ")": -1}.get(sign, 0)
+        if not depth:
+            return text[1:-1] if place == len(text) - 1 else text
+    return text
+
+
+def tokens_of(lines: Sequence[Line]) -> list[Token]:
+    """Return the tokens of some lines, without comments."""
+    text = "\n".join(line.text for line in lines)
+    found, number, behind = [], 0, 0
+    for one in _TOKEN.finditer(text):
+        if one.lastgroup != "skip":
+            number += text.count("\n", behind, one.start())
+            behind = one.start()
+            found.append(Token(str(one.lastgroup), one.group(), lines[number].at))
+    return found
+
+
+def _common(one: str, other: str) -> str:
+    """Return the type in which two numbers are calculated."""
+    return max(one, other, "DINT", key=NUMBERS.index)
+
+
+def _as(value: Value, kind: str) -> str:
+    text, given = value
+    if given == kind:
+        return text
+    if given == "DINT" and kind in ("REAL", "LREAL") and re.fullmatch(r"\d+", text):
+        return f"{text}.0"
+    return f"{given}_TO_{kind}({text})"
+
+
+def _number(text: str, token: Token, file: Path) -> Value:
+    plain = text.replace("_", "")
+    if len(plain) > _LONGEST_NUMBER:
+        shown = f"a number of {len(plain)} characters: {plain[:20]}..."
+        raise InputError(shown, file=file, line=token.at, hint="no type holds such a value")
+    if "#" in plain:
+        base, _, digits = plain.partition("#")
+        try:
+            value = int(digits, int(base))
+        except ValueError:
+            raise InputError(f"{text} is not a number", file=file, line=token.at) from None
+        if value >= 1 << 32:
+            return f"LWORD_TO_LINT(LWORD#16#{value:X})", "LINT"
+        if value >= 1 << 31:
+            return f"DWORD_TO_DINT(DWORD#16#{value:X})", "DINT"
+        return str(value), "DINT"
+    if "." in plain or "e" in plain.lower():
+        return (plain if "." in plain else re.sub("[eE]", ".0E", plain)), "REAL"
+    if int(plain) >= 1 << 63:
+        return plain, "ULINT"
+    return plain, "LINT" if int(plain) >= 1 << 31 else "DINT"

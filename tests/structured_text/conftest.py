@@ -1,0 +1,44 @@
+"""Loads and compiles Structured Text that a test writes down."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
+from structured_text.language.load import check, load
+from structured_text.language.project import Project
+
+
+@pytest.fixture
+def files_of(tmp_path: Path) -> Callable[..., list[Path]]:
+    """Writes one or more sources, each as a file of its own: source0.st, source1.st."""
+
+    def write(*sources: str) -> list[Path]:
+        files = [tmp_path / f"source{number}.st" for number in range(len(sources))]
+        for file, source in zip(files, sources, strict=True):
+            file.write_text(source, encoding="utf-8")
+        return files
+
+    return write
+
+
+@pytest.fixture
+def build(files_of: Callable[..., list[Path]]) -> Callable[..., BuiltinProgram]:
+    """Compiles one or more sources."""
+    return lambda *sources: BuiltinProgram.build(load(files_of(*sources)))
+
+
+@pytest.fixture
+def project_of(files_of: Callable[..., list[Path]]) -> Callable[..., Project]:
+    """Loads one or more sources."""
+    return lambda *sources: load(files_of(*sources))
+
+
+@pytest.fixture
+def mistakes_of(files_of: Callable[..., list[Path]]) -> Callable[..., list[InputError]]:
+    """Everything the front end finds wrong with one or more sources."""
+    return lambda *sources: check(files_of(*sources))

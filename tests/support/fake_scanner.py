@@ -1,0 +1,57 @@
+"""A scanner without a network, for what opens and watches connections."""
+
+from __future__ import annotations
+
+from rcx_harness.enip.cyclic.connections import EndReason
+from rcx_harness.enip.errors import CipError
+from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
+
+
+class FakeScanner:
+    """Does what its attributes say.
+
+    Attributes:
+        ended: How its connection has ended.
+        failure: How its process has ended.
+        connected: Packets come.
+        dropped: Why packets are dropped.
+        refusal: The answer to an opening, if it is refused.
+        done: The calls in their order.
+        written: What was written last and until when it is valid.
+    """
+
+    def __init__(self, refusal: CipError | None = None) -> None:
+        self.ended: EndReason | None = None
+        self.failure = self.dropped = ""
+        self.connected = False
+        self.refusal = refusal
+        self.done: list[str] = []
+        self.written: list[tuple[bytes, int | None]] = []
+
+    def open(self) -> None:
+        """Open, or raise the refusal."""
+        self.done.append("open")
+        if self.refusal is not None:
+            raise self.refusal
+
+    def read(self) -> Received:
+        """Return an area that is all 7."""
+        return Received(bytes([7] * 48), 5, self.connected)
+
+    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
+        """Note it."""
+        assert run
+        self.done.append("write")
+        self.written.append((image, valid_us))
+
+    def drops(self) -> str:
+        """Return why packets are dropped."""
+        return self.dropped
+
+    def statistics(self) -> ScannerStatistics:
+        """Return zeros."""
+        return ScannerStatistics(0, 0, 0, 0, 0, 0, 0, 0)
+
+    def close(self) -> None:
+        """Note it."""
+        self.done.append("close")
