@@ -24,7 +24,7 @@ from rcx_harness.verify.storm.replay import Replay, replay
 from rcx_harness.verify.storm.saved_results import saved_results
 from rcx_harness.verify.storm.written import check_folder, command, file_name, forget, write
 from structured_text.errors import InputError
-from structured_text.farm import Kept
+from structured_text.farm import ResultFile
 
 __all__ = ["VerifyOptions", "campaign", "write_replay"]
 
@@ -45,7 +45,7 @@ class VerifyOptions(FarmOptions, CellOptions):
             raise InputError(f"--link {self.link} is for rcx run", hint="leave it out")
         return CellsOf.of(self.files, self.of_cell(), self.properties or (), stimulus)
 
-    def results(self, cells: CellsOf, out: Path, further: str = "") -> Kept[Any, Any]:
+    def results(self, cells: CellsOf, out: Path, further: str = "") -> ResultFile[Any, Any]:
         """Return the results of earlier calls that are still valid, and print what is not."""
         kept, notice = saved_results(out / "results.jsonl", self._about(cells, further))
         if kept.notice:

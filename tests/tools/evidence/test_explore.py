@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -205,14 +204,6 @@ def test_the_model_with_the_most_choices_is_explored_first_and_bugs_come_last() 
     models = [item.model for item in items if item.bug is None]
     assert sorted(models) == sorted(command.EVERY_MODEL)
     assert not any(item.bug for item in items[: len(models)])
-
-
-def test_the_garbage_collector_is_off_only_while_something_is_explored() -> None:
-    """Source: gc.isenabled."""
-    assert gc.isenabled()
-    with command.without_collector():
-        assert not gc.isenabled()
-    assert gc.isenabled()
 
 
 def test_a_variable_that_is_not_fixed_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

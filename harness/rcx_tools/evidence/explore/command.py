@@ -6,10 +6,8 @@ Each good outcome is saved at once. A later run uses it again if none of its inp
 from __future__ import annotations
 
 import argparse
-import gc
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -28,6 +26,7 @@ from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
 from rcx_tools.evidence.results import FOLDER, ROOT, write_result
 from structured_text.explore.search import Broken, Result
 from structured_text.farm import Farm
+from structured_text.language.compiling import uncollected
 from structured_text.output.results import Results, digest
 from structured_text.output.system import processors
 from structured_text.projects.needed import needed
@@ -125,7 +124,7 @@ class _Exploring:
 
     def __call__(self, item: Item) -> Outcome:
         began, model, library = time.process_time(), EVERY_MODEL[item.model], self.library
-        with TemporaryDirectory() as folder, without_collector():
+        with TemporaryDirectory() as folder, uncollected():
             if item.bug is not None:
                 library = tuple(item.bug.library(Path(folder), library))
             result = _search(model, library, 0 if item.bug else self.limit, self.seed)
@@ -137,22 +136,6 @@ class _Exploring:
             "scans": len(broken.path) if broken else 0,
             "seconds": round(time.process_time() - began, 1),
         }
-
-
-@contextmanager
-def without_collector() -> Iterator[None]:
-    """Disable the garbage collector meanwhile.
-
-    Millions of small objects exist, none of them in a cycle. Searching them for cycles takes a
-    sixth of the time.
-    """
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
 
 
 def _search(model: AnyModel, library: Sequence[Path], limit: int, seed: int) -> Result:
