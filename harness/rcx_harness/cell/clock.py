@@ -18,7 +18,7 @@ from structured_text.bench.agenda import Duration
 from structured_text.errors import InputError
 from structured_text.output.units import whole, within_us
 
-__all__ = ["PHASES", "Kind", "Timing"]
+__all__ = ["LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US", "Kind", "Timing"]
 
 #: Names under which a phase can be given: controller cycle, packets to the robot and to the
 #: PLC, PLC scan.

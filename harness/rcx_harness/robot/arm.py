@@ -13,7 +13,7 @@ from rcx_harness.robot.kinematics import CARTESIAN, Scara
 from rcx_harness.robot.stored import AXES, ROBOTS
 from rcx_harness.spec.robots import law
 
-__all__ = ["Arm", "RobotSettings", "Servos", "Settings"]
+__all__ = ["BRAKE", "FREE", "SERVO", "Arm", "RobotSettings", "Servos", "Settings"]
 
 #: Servo state of an axis, as the servo status reference answers it (guide, 4.7.3).
 BRAKE, SERVO, FREE = 0, 1, 2

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from enum import Enum
 
-from rcx_harness.robot.alarms import ActiveAlarm, Place
+from rcx_harness.robot.alarms import ActiveAlarm, CommandError, Place
 from rcx_harness.robot.area import WORDS_AT_REST
-from rcx_harness.robot.commands import Call, CommandError, Execution, Response, start
+from rcx_harness.robot.commands import Call, Execution, Response, start
 from rcx_harness.robot.commands.base import acts_once, answers_absent
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.config.checks import alarm_code

@@ -8,7 +8,23 @@ from __future__ import annotations
 
 from structured_text.errors import InputError
 
-__all__ = ["AREA_SIZES", "CYCLE_US", "ENDS", "STATUS_NAMES", "check_size"]
+__all__ = [
+    "ABNORMAL_END",
+    "AREA_SIZES",
+    "CYCLE_US",
+    "DEDICATED_AT",
+    "ENDS",
+    "EXTENDED_SIZE",
+    "NORMAL_END",
+    "READY",
+    "RESERVED_AT",
+    "RUN",
+    "SIZE",
+    "STATUS_NAMES",
+    "TO_MASTER",
+    "TO_ROBOT",
+    "check_size",
+]
 
 SIZE, EXTENDED_SIZE = 48, 256
 """Bytes of each area: by default, and with "SIOW extension" valid (manual chapter 1, 4)."""

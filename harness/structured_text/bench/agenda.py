@@ -9,7 +9,7 @@ from typing import Any
 
 from structured_text.output.units import within_us
 
-__all__ = ["Action", "Agenda", "Duration", "Snapshot", "scan_us"]
+__all__ = ["SCAN", "STIMULUS", "Action", "Agenda", "Duration", "Snapshot", "scan_us"]
 
 #: Kinds of events in the order in which they happen at equal times: stimulus, devices around the
 #: program, scan.

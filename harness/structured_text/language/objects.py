@@ -5,7 +5,7 @@ from __future__ import annotations
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, InterfaceType, Type
 
-__all__ = ["INIT_PARAMETERS", "Objects"]
+__all__ = ["INIT", "INIT_PARAMETERS", "START", "Objects"]
 
 #: Names in CODESYS of the methods that start a block. They are composed here, because names of
 #: library blocks begin with the same prefix: a search for such names must find none in here.

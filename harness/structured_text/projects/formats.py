@@ -8,7 +8,7 @@ from pathlib import Path
 
 from structured_text.errors import InputError
 
-__all__ = ["OBJECTS", "SCL", "in_folder", "is_project"]
+__all__ = ["OBJECTS", "PLCPROJ", "SCL", "TASKS", "in_folder", "is_project"]
 
 #: PLCopen and Rockwell.
 _XML, _L5X = ".xml", ".l5x"

@@ -9,7 +9,19 @@ from typing import Any
 
 import z3
 
-__all__ = ["Bool", "UnsupportedError", "both", "either", "equal", "is_known", "negated", "truth"]
+__all__ = [
+    "PROVED",
+    "REFUTED",
+    "UNKNOWN",
+    "Bool",
+    "UnsupportedError",
+    "both",
+    "either",
+    "equal",
+    "is_known",
+    "negated",
+    "truth",
+]
 
 #: The claim holds for all values; it fails for some values; the solver did not decide.
 PROVED, REFUTED, UNKNOWN = "proved", "refuted", "unknown"

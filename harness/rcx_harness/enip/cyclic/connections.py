@@ -16,6 +16,8 @@ __all__ = [
     "FIRST_PACKET_US",
     "IO_PORT",
     "LONGEST_TIMEOUT_US",
+    "RUN_IDLE_SIZE",
+    "SEQUENCE_SIZE",
     "ConnectionKind",
     "ConnectionParameters",
     "EndReason",

@@ -16,6 +16,7 @@ from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 
 __all__ = [
+    "EXPLICIT_CLASS",
     "MAX_EXPLICIT_SIZE",
     "check_cyclic",
     "check_explicit",

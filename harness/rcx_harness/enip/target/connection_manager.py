@@ -53,6 +53,8 @@ from rcx_harness.enip.target.refusal_text import Facts, refusal_text
 
 __all__ = [
     "MAX_CYCLIC",
+    "MAX_EXPLICIT",
+    "MAX_EXPLICIT_OF_PEER",
     "ConnectionManager",
     "CyclicPart",
     "ExplicitConnection",

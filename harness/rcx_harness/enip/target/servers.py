@@ -17,7 +17,14 @@ from rcx_harness.enip.target.device import Device, Session
 from rcx_harness.enip.target.listing import Datagrams
 from rcx_harness.enip.target.network_interface import ANY, address_toward
 
-__all__ = ["TcpServer", "UdpServer"]
+__all__ = [
+    "MAX_CONNECTIONS",
+    "MAX_CONNECTIONS_OF_PEER",
+    "MAX_DELAYED",
+    "MAX_DELAYED_OF_PEER",
+    "TcpServer",
+    "UdpServer",
+]
 
 MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
 _NEWCOMERS = 1

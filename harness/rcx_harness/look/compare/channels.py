@@ -10,7 +10,7 @@ from functools import lru_cache
 from rcx_harness.spec import signals
 from rcx_harness.spec.wire import DEDICATED_AT, RESERVED_AT, SIZE
 
-__all__ = ["Channel", "Difference", "Timeline", "channels", "differences"]
+__all__ = ["RESPONSE", "STATUS", "Channel", "Difference", "Timeline", "channels", "differences"]
 
 STATUS, RESPONSE = "status", "response"
 

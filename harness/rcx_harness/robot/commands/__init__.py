@@ -4,7 +4,6 @@ A module registers its commands by code. The format of their telegrams is in
 spec/remote_commands.toml and is checked before they are called. New modules are imported here.
 """
 
-from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.commands import (  # noqa: F401  (register)
     data,
     jog,

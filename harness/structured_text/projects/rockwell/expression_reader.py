@@ -17,7 +17,17 @@ from structured_text.language.lexer import KEYWORDS
 from structured_text.language.source import Line
 from structured_text.projects.rockwell.data import INTEGERS, NUMBERS, STORED, Data, Types
 
-__all__ = ["ExpressionReader", "Routine", "Token", "Value", "bare", "plain_tag", "tokens_of"]
+__all__ = [
+    "COUNTER",
+    "FIRST_SCAN",
+    "ExpressionReader",
+    "Routine",
+    "Token",
+    "Value",
+    "bare",
+    "plain_tag",
+    "tokens_of",
+]
 
 #: Additional variables that translated statements may need.
 COUNTER, FIRST_SCAN = f"{VARIABLES}Index", f"{VARIABLES}FirstScan"
