@@ -31,6 +31,8 @@ if "PYTEST_XDIST_WORKER" in os.environ:
     atexit.register(os._exit, 0)
 
 
+#: The configurations of this process, the outermost first.
+_sessions: list[pytest.Config] = []
 _LEFT_OUT: pytest.StashKey[int] = pytest.StashKey()
 
 
@@ -52,7 +54,9 @@ def pytest_configure(config: pytest.Config) -> None:
         if "rcx_harness" in sys.modules:
             raise pytest.UsageError("--toolkit-alone: rcx_harness is loaded; add -p no:rcx")
         toolkit_alone()
-    gc.disable()  # what is imported and collected stays: looking for garbage finds nothing
+    if not _sessions:
+        gc.disable()  # what is imported and collected stays: looking for garbage finds nothing
+    _sessions.append(config)
     _let_children_hear_signals(is_worker=hasattr(config, "workerinput"))
 
 
@@ -107,8 +111,9 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     output = getattr(session.config, "workeroutput", None)
     if output is not None:
         output["left_out"] = session.config.stash[_LEFT_OUT]
-    gc.disable()
-    gc.freeze()  # each look for garbage at the exit would take more than a second
+    if session.config is _sessions[0]:  # not a session that a test has started in this process
+        gc.disable()
+        gc.freeze()  # each look for garbage at the exit would take more than a second
 
 
 @pytest.hookimpl(optionalhook=True)
