@@ -188,7 +188,7 @@ def test_a_report_that_appears_during_the_probe_is_not_written_over(
     line.read = meanwhile  # type: ignore[method-assign]
     options = ["--yes-reading", "--only", "versions", "--out", str(tmp_path / "p")]
     assert main(["probe", "h", *options]) == 2
-    assert capsys.readouterr().err.endswith(f"what was to be written is {tmp_path}/p-1.md\n")
+    assert capsys.readouterr().err.endswith(f"the output is in {tmp_path}/p-1.md\n")
     assert (tmp_path / "p.md").read_text(encoding="utf-8") == "mine"
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["p-1.md", "p.jsonl", "p.md", "p.toml"]

@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.sources import blame_lib, library_names, source_files
-from rcx_harness.cli.check_programs import check_programs, is_robot_file
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
@@ -22,6 +21,9 @@ from structured_text.language.project import Project
 from structured_text.projects.sources import SourceFiles
 
 __all__ = ["check"]
+
+#: Endings of robot programs, and of files with all data of a controller.
+_ROBOT_FILES = (".pgm", ".all")
 
 
 def check(
@@ -54,9 +56,11 @@ def check(
         raise InputError(f"--for {tool}: no such tool", hint=f"use {', '.join(tools())}")
     if tool is not None and lint_only:
         raise InputError("--for and --lint exclude each other")
-    programs = [file for file in files or () if is_robot_file(file)]
+    programs = [file for file in files or () if file.suffix.lower() in _ROBOT_FILES]
     if programs:
-        check_programs(programs)
+        from rcx_harness.cli.robot_files import check_robot_files  # only they need the controller
+
+        check_robot_files(programs)
         files = [file for file in files or () if file not in programs]
         if not files:
             return

@@ -60,8 +60,8 @@ def with_options(
     """Let a command have the fields of a dataclass as its arguments and options."""
 
     def made(command: Callable[[_Options], None]) -> Callable[..., None]:
-        def with_values(context: typer.Context, **values: Any) -> None:
-            if values.get("no_robot"):
+        def with_values(context: typer.Context | None = None, **values: Any) -> None:
+            if values.get("no_robot") and context:
                 from rcx_harness.cli.no_robot import refuse
 
                 refuse(one for one in values if not _is_default(context, one))

@@ -98,6 +98,7 @@ def _state(thing: Any) -> Any:
     """
     passing = {"rng", "now_us", "_now_us", "history", "latest_of_command", "inputs"}
     passing |= {"operating_us", "servo_on_us", "_since_us", "_config", "config", "_due_us"}
+    passing |= {"_machine", "perform"}  # of the programs: the controller itself
     if isinstance(thing, (int, float, str, bytes, type(None))):
         return thing
     if isinstance(thing, dict):

@@ -39,7 +39,7 @@ def errors_of(text: str) -> list[str]:
         ("SUB A\nCALL A\nEND SUB", "2: SUB A calls itself"),
         ("IF A THEN B=1 : C=2", "1: a statement follows an IF on the same line; it could belong "
          "to the IF or not"),
-        ("WAIT DI(99)=1", "1: DI(99) is no port"),
+        ("WAIT DI(99)=1", "1: DI(99) is not a port"),
         ("SOW(24)=1", "1: SOW(24) needs the extended area"),
         ("SI(20)=1", "1: SI(20) is an input of the robot"),
         ("DO()=1", "1: DO() names no port"),

@@ -5,16 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
-from lark import Lark, Token, Transformer, Tree, UnexpectedInput
-
-from rcx_harness.robot.ports import Port, port
 from rcx_harness.robot.program.blocks import Line, link
 from rcx_harness.robot.program.syntax import Node, Program
-from rcx_harness.robot.program.words import explain
 from structured_text.errors import InputError
 
 __all__ = ["read_file", "read_lines", "read_program", "text_of"]
@@ -146,102 +140,6 @@ def _upper(text: str) -> str:
 @cache
 def _statement(text: str) -> Node:
     """Parse one statement; equal statements are parsed once."""
-    try:
-        node = _parser().parse(text)
-    except UnexpectedInput as error:
-        raise explain(text, error) from None
-    assert isinstance(node, Node)
-    return node
+    from rcx_harness.robot.program.parsing import parse  # most programs need no parser
 
-
-@cache
-def _parser() -> Lark:
-    grammar = files(__package__).joinpath("grammar.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", maybe_placeholders=True, transformer=_Builder())
-
-
-class _Builder(Transformer[Token, Node]):
-    """The rules of grammar.lark: each becomes a Node with the name of the rule."""
-
-    def __default__(self, data: Any, children: list[Any], meta: Any) -> Any:
-        if data.startswith("_"):  # a repetition, whose children belong to the rule around it
-            return Tree(data, children)
-        return Node(str(data), tuple(_plain(child) for child in children))
-
-    def start(self, children: list[Any]) -> Node:
-        (statement,) = children
-        return statement if isinstance(statement, Node) else Node("label")
-
-    def number(self, children: list[Token]) -> Node:
-        return Node("number", (_number(children[0]),))
-
-    def text(self, children: list[Token]) -> Node:
-        return Node("text", (children[0][1:-1],))
-
-    def robot(self, children: list[Any]) -> int:
-        robot = int(children[0]) if children[0] else 1
-        if not 1 <= robot <= 4:
-            raise InputError(f"there is no robot {robot}", hint="robots are 1 to 4")
-        return robot
-
-    def param(self, children: list[Token]) -> str:
-        return str(children[0])
-
-    def point(self, children: list[Any]) -> Node:
-        return _numbered("point", children)
-
-    def shift(self, children: list[Any]) -> Node:
-        return _numbered("shift", children)
-
-    def hand(self, children: list[Any]) -> Node:
-        return _numbered("hand", children)
-
-    def data(self, children: list[Any]) -> Node:
-        texts = tuple(str(children[0]).split())
-        mm = any("." in text for text in texts)
-        return Node("data", (tuple(float(text) for text in texts), mm, bool(children[1])))
-
-    def port(self, children: list[Any]) -> Node:
-        kind, *numbers = children
-        return Node("port", _ports(str(kind), [str(one) for one in numbers if one is not None]))
-
-    def plain_port(self, children: list[Token]) -> Node:
-        return Node("port", (port(str(children[0])),))
-
-
-def _plain(child: Any) -> Any:
-    """Return a token as a plain text or number, everything else as it is."""
-    if not isinstance(child, Token):
-        return child
-    return _number(child) if child.type == "NUMBER" else str(child)
-
-
-def _numbered(kind: str, children: list[Any]) -> Node:
-    (number,) = children
-    if isinstance(number, Token):
-        return Node(kind, (Node("number", (int(number[1:]),)),))
-    return Node(kind, (number,))
-
-
-def _number(text: str) -> int | float:
-    if text.startswith("&"):
-        return int(text[2:], 16 if text[1] == "H" else 2)
-    text = text.rstrip("!")
-    return int(text) if text.isdecimal() else float(text)
-
-
-def _ports(kind: str, numbers: Sequence[str]) -> tuple[Port, ...]:
-    """Return the ports of `DO(20)`, `DO(23,21)`, `DO2()` and `DO2(3,1)`; the first is the MSB."""
-    name = kind.rstrip("0123456789")
-    octet = kind[len(name) :]
-    if name[-1] in "WD":
-        if octet or len(numbers) != 1:
-            raise InputError(f"{kind} needs one number in brackets", hint=f"write {name}(2)")
-        return (port(f"{name}({numbers[0]})"),)
-    if not octet:
-        if not numbers:
-            raise InputError(f"{kind}() names no port", hint=f"write {name}(20) or {name}2()")
-        return tuple(port(f"{name}({number})") for number in numbers)
-    if not numbers:
-        return (port(f"{kind}()"),)
-    return tuple(port(f"{name}({octet}{number})") for number in numbers)
+    return parse(text)

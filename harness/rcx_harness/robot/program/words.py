@@ -10,8 +10,6 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-from lark import UnexpectedInput
-
 from structured_text.errors import InputError
 from structured_text.output.toml_files import parse_toml
 
@@ -52,8 +50,13 @@ def words() -> Mapping[str, Word]:
     }
 
 
-def explain(text: str, error: UnexpectedInput) -> InputError:
-    """Return the error for a statement that the grammar does not have."""
+def explain(text: str, column: int) -> InputError:
+    """Return the error for a statement that the grammar does not have.
+
+    Args:
+        text: The statement.
+        column: Column of the first character that does not fit, from 1; below 1: its end.
+    """
     match = _WORD.match(text)
     name = match[0] if match else ""
     word = words().get(name)
@@ -61,7 +64,7 @@ def explain(text: str, error: UnexpectedInput) -> InputError:
         return InputError(f"{name} is not executed by the virtual controller", hint=word.instead)
     if word and word.form:
         return InputError(
-            f"cannot read {_shown(text)}: {_near(text, error)}", hint=f"write {word.form}"
+            f"cannot read {_shown(text)}: {_near(text, column)}", hint=f"write {word.form}"
         )
     statement = not text[len(name) :].lstrip().startswith(("=", "("))
     if name and statement:
@@ -69,15 +72,14 @@ def explain(text: str, error: UnexpectedInput) -> InputError:
         hint = f"did you mean {near[0]}?" if near else "docs/reference/robot-language.md lists all"
         return InputError(f"unknown statement {name}", hint=hint)
     hint = "write a statement, such as WAIT SI(20)=1 or SO(20)=1"
-    return InputError(f"cannot read {_shown(text)}: {_near(text, error)}", hint=hint)
+    return InputError(f"cannot read {_shown(text)}: {_near(text, column)}", hint=hint)
 
 
 def _shown(text: str) -> str:
     return f"'{text}'" if len(text) <= _LONGEST else f"'{text[:_LONGEST]}...'"
 
 
-def _near(text: str, error: UnexpectedInput) -> str:
+def _near(text: str, column: int) -> str:
     """Return the place of an error in words."""
-    column = error.column if isinstance(error.column, int) and error.column > 0 else len(text) + 1
-    rest = text[column - 1 :]
+    rest = text[column - 1 :] if column > 0 else ""
     return f"'{rest[:20]}' was not expected" if rest else "something is missing at its end"

@@ -14,19 +14,13 @@ from rcx_harness.robot.program.all_file import read_all
 from rcx_harness.robot.program.checks import endless_loops, problems
 from structured_text.errors import InputError, legible
 
-__all__ = ["check_programs", "is_robot_file"]
+__all__ = ["check_robot_files"]
 
-_SUFFIXES = (".pgm", ".all")
 #: Ports of the larger areas are allowed, because the file does not say the size of the areas.
 _SIZE = 256
 
 
-def is_robot_file(path: Path) -> bool:
-    """Return whether a file is a robot program or has all data of a controller."""
-    return path.suffix.lower() in _SUFFIXES
-
-
-def check_programs(files: Sequence[Path]) -> None:
+def check_robot_files(files: Sequence[Path]) -> None:
     """Check robot programs, and print all errors and warnings with their lines.
 
     Raises:
