@@ -15,7 +15,8 @@ from rcx_harness.serve.web import FILES
 from rcx_harness.trace import Cycle, read_trace
 from serve_process import ServeProcess, own_addresses
 
-pytestmark = NEEDS_BROWSER
+#: A browser takes seconds; the page of the panel is the sample of the quick tier.
+pytestmark = [NEEDS_BROWSER, pytest.mark.exhaustive]
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
 from selenium.webdriver.chrome.webdriver import WebDriver  # noqa: E402

@@ -17,7 +17,8 @@ from rcx_harness.robot.shape import shapes
 from rcx_harness.trace import Cycle
 from rcx_harness.trace.view.page import View
 
-pytestmark = NEEDS_BROWSER
+#: A browser takes seconds; the page of the panel is the sample of the quick tier.
+pytestmark = [NEEDS_BROWSER, pytest.mark.exhaustive]
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
 from selenium.webdriver.chrome.webdriver import WebDriver  # noqa: E402
