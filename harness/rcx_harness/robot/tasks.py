@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Collection, Mapping
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from rcx_harness.robot.alarms import AlarmList, CommandError, Place
 from rcx_harness.robot.arm import Arm
@@ -23,7 +23,17 @@ from rcx_harness.robot.program.motion import Request
 from rcx_harness.robot.program.syntax import Program
 from rcx_harness.robot.program.values import Value
 
-__all__ = ["MAIN_PRIORITY", "NEXT_LINE", "RUN", "STEP", "TASKS", "Perform", "Programs", "RobotTask"]
+__all__ = [
+    "MAIN_PRIORITY",
+    "NEXT_LINE",
+    "RUN",
+    "STEP",
+    "TASKS",
+    "Perform",
+    "ProgramError",
+    "Programs",
+    "RobotTask",
+]
 
 #: Numbers of the tasks.
 TASKS = range(1, 17)
@@ -36,6 +46,22 @@ _ROBOT_TASK = 2  # kind of the place of an alarm
 
 #: Executes a statement that is a remote command; see commands/base.py.
 Perform = Callable[[Any, Request], Any]
+
+
+class ProgramError(NamedTuple):
+    """An error that has stopped a robot program.
+
+    Attributes:
+        t_us: Time of the error.
+        program: Name of the program.
+        line: Line with the error.
+        number: Number of the alarm.
+    """
+
+    t_us: int
+    program: str
+    line: int
+    number: str
 
 
 class Surroundings(Protocol):
@@ -229,12 +255,14 @@ class Programs:
         tasks: One for each program of the configuration, in the order of their numbers.
         is_reset: The program has been reset and not started since: SO(14).
         variables: The variables of the programs that are steps of the robot file, by name.
+        errors: The errors that have stopped a program since power-on.
     """
 
     def __init__(self, machine: Surroundings) -> None:
         self._machine = machine
         self.config = config = machine.config
         self.variables: dict[str, Value] = {}
+        self.errors: list[ProgramError] = []
         plain = config.plain_variables
         self.tasks = [RobotTask(program, self.variables, plain) for program in config.programs]
         self.tasks[0].number = TASKS[0]
@@ -492,6 +520,7 @@ class Programs:
         if task.handler >= 0 and task.error_at < 0:
             task.error, task.error_at = (number, task.line), task.at
             return task.handler
+        self.errors.append(ProgramError(self.now_us, task.program.name, task.line, number))
         place = Place(_ROBOT_TASK, task.number)
         self._machine.alarms.note(number, self.now_us, place=place)
         if self.config.program_error_is_serious:

@@ -1,0 +1,33 @@
+"""The errors that have stopped robot programs in a run, as `rcx run` shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rcx_harness.cell import Cell
+from rcx_harness.spec.tables import public_alarms
+from structured_text.output.units import format_us
+
+__all__ = ["program_errors"]
+
+_MOST = 5
+
+
+def program_errors(cell: Cell) -> Iterator[str]:
+    """Yield a line for each of the first errors: when, in which program and line, which alarm."""
+    several = len(cell.robots) > 1
+    for number, robot in enumerate(cell.robots, 1):
+        config = robot.config
+        ours = {
+            config.program_type_alarm: "a value has a wrong type",
+            config.program_stack_alarm: "too many GOSUB or CALL in each other",
+        }
+        which = f"controller {number}: " if several else ""
+        for error in robot.program.errors[:_MOST]:
+            name = ours.get(error.number) or public_alarms().get(error.number, "")
+            yield (
+                f"{which}robot program {error.program} stopped at {format_us(error.t_us)} in line "
+                f"{error.line}: alarm {error.number}{f' ({name})' if name else ''}"
+            )
+        if (rest := len(robot.program.errors) - _MOST) > 0:
+            yield f"{which}... and {rest} further errors of robot programs"
