@@ -80,3 +80,19 @@ def test_an_empty_library_is_refused_and_that_of_the_package_not_taken(tmp_path:
     (empty := tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match=r"--lib .*empty has no ST file; name the folder"):
         CellsOf.of([tmp_path / "Feeder.st"], {"engine": "builtin", "lib": empty})
+
+
+def test_the_files_that_a_robot_file_names_are_taken_along(tmp_path: Path) -> None:
+    """A worker on another computer has none of the user's files."""
+    feeder(tmp_path)
+    robot = tmp_path / "robots/robot.toml"
+    robot.parent.mkdir()
+    robot.write_text('data_file = "CELL.ALL"\n[[programs]]\nfile = "MAIN.PGM"\n')
+    (robot.parent / "MAIN.PGM").write_text("SO(20)=1\n")
+    (robot.parent / "CELL.ALL").write_text("[PNT]\nP7=1 2 3 4 5 6\n")
+    cells = CellsOf.of([tmp_path / "Feeder.st"], {"engine": "builtin", "robot": str(robot)})
+    (robot.parent / "MAIN.PGM").unlink()
+    (robot.parent / "CELL.ALL").unlink()
+    config = cells.make().cell(0).robot.config
+    assert [program.name for program in config.programs] == ["MAIN"]
+    assert [*config.points] == [7]

@@ -49,8 +49,7 @@ class Parcel:
         """Write the files to a temporary folder and yield their paths, in the order of `of`.
 
         Their relative positions are preserved. An InputError from inside the context names the
-        files
-        as the user wrote them.
+        files as the user wrote them.
         """
         with TemporaryDirectory(prefix=f"{COMMAND}-") as folder:
             here = [real(folder) / name for _, name, _ in self.files]

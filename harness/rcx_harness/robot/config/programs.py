@@ -11,8 +11,9 @@ from typing import Any
 from rcx_harness.robot.program import read_program, text_of
 from rcx_harness.robot.program.all_file import read_all
 from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
 
-__all__ = ["Brought", "brought"]
+__all__ = ["Brought", "brought", "named_by"]
 
 #: The key of a robot file that names a file with all data of a controller.
 _DATA_FILE = "data_file"
@@ -54,6 +55,19 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
         keys = ("points", "comments", "shifts", "hands", "pallets", "variables")
         data = {key: getattr(content, key) for key in keys}
     return Brought(tuple(programs), data)
+
+
+def named_by(file: Path) -> list[Path]:
+    """Return the files that a robot file names: programs (.PGM) and data of a controller (.ALL).
+
+    Raises:
+        InputError: the robot file cannot be read.
+    """
+    table = load_toml(file)
+    entries = table.get("programs", [])
+    given = [one.get("file") for one in entries if isinstance(one, dict)]
+    names = [*given, table.get(_DATA_FILE)] if isinstance(entries, list) else []
+    return [file.parent / name for name in names if isinstance(name, str) and name]
 
 
 def _with_text(file: Path, entry: dict[str, Any]) -> dict[str, Any]:

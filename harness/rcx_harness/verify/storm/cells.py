@@ -13,6 +13,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.build import make_robot, several
 from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.sources import blame_lib, library_folder, source_files
+from rcx_harness.robot.config.programs import named_by
 from rcx_harness.verify.storm.demands import Demands
 from structured_text.errors import InputError
 from structured_text.farm import Parcel
@@ -32,7 +33,7 @@ class CellsOf:
     Attributes:
         parcel: All files that are read.
         parts: The number of files of each group, in this order: program, library,
-            replacements, robots, demands, stimulus.
+            replacements, robots, demands, stimulus, files that the robot files name.
         options: Arguments of `Cell.build`, without files.
         replaced: The names of the POUs that files replace.
         depth: The number of path components of the library's first file below its folder.
@@ -74,6 +75,7 @@ class CellsOf:
             robots,
             list(demands),
             [] if stimulus is None else [stimulus],
+            [named for robot in robots for named in named_by(robot)],
         ]
         depth = len(lib_files[0].relative_to(Path(lib)).parts) if lib and lib_files else 0
         kept = {name: value for name, value in options.items() if name not in _FILES}
@@ -84,7 +86,7 @@ class CellsOf:
         """Compile the program in this process."""
         with self.parcel.unpacked() as here:
             files = iter(here)
-            program, lib, replaced, robots, demands, stimulus = (
+            program, lib, replaced, robots, demands, stimulus, _ = (
                 [next(files) for _ in range(number)] for number in self.parts
             )
             folder = lib[0].parents[self.depth - 1] if lib else None
