@@ -35,7 +35,7 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
-from rcx_harness.cli.program_errors import program_errors
+from rcx_harness.cli.stopped_programs import program_errors
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
 from rcx_harness.trace.bare import heard
