@@ -11,7 +11,7 @@ import copy
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple, Protocol
 
-from rcx_harness.robot.alarms import AlarmList, CommandError, Place
+from rcx_harness.robot.alarms import STOP, AlarmList, CommandError, Place
 from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.config import RobotConfig, RobotProgram
 from rcx_harness.robot.controller_memory import Memory
@@ -500,6 +500,9 @@ class Programs:
             try:
                 to = execute(code[at], task, self)
             except CommandError as error:
+                if error.number == STOP:  # not an error: the stop input stops the program, too
+                    task.execution = None
+                    return
                 to = self._failed(task, error.number)
             if task.state in ("ended", "ready") or to == STAY:
                 return

@@ -255,3 +255,22 @@ def test_a_second_robot_moves_beside_the_first() -> None:
     master = running("MOVE[2] P,3.0 0 0 0 0 0\nWAIT ARM[2]\nSO(20)=1", 1000, axes=axes)
     assert master.robot.positions == [0, 0, 3_000]
     assert master.so[34] == 1
+
+
+def test_a_stop_input_is_not_an_error_of_the_program() -> None:
+    """ON ERROR does not run, and 12.400 is in the history once.
+
+    Rule: robot-language, stop-alarm.
+    Source: manual, chapter 1, 4.2 (SI(06))
+    """
+    text = "ON ERROR GOTO *E\nMOVE P,P1,S=10\nSO(20)=1\nEND\n*E: SO(21)=1"
+    master = running(text, 300, axes=XY)
+    master.turn_and_wait("SI06", False, 300)
+    assert master.so[34] == 0
+    assert [alarm.number for alarm in master.robot.alarms.history] == ["12.400"]
+    assert master.robot.program.errors == []
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI12")
+    master.run(1500)
+    assert master.so[34] == 1
+    assert master.robot.positions[0] == 100_000

@@ -26,7 +26,6 @@ from rcx_harness.robot.stored import COUNTS, Hand, Point, variable_number
 
 __all__ = ["FUNCTIONS", "Scope", "Surroundings", "assign", "evaluate", "inputs_only"]
 
-_LARGEST_ARRAY = 32768
 _SCALE = 1000
 
 
