@@ -235,7 +235,13 @@ class ViewRequests(Requests):
         of = self._any_frame(arguments)
         if isinstance(of, DeviceFrame) and (held := _value_in(of, text)) is not None:
             return {"result": held, "variablesReference": 0}
-        found = self._run.console.look(frame, text)
+        try:
+            found = self._run.console.look(frame, text)
+        except InputError as error:
+            if not isinstance(of, DeviceFrame):
+                raise
+            text = f"{text} has no value in {of.title}; in the PLC: {error.message}"
+            raise InputError(text, hint=error.hint) from None
         shown = self._run.memory.shown(found)
         return {"result": shown.text, "type": shown.type, **self._below(found, frame)}
 
