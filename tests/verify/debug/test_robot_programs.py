@@ -161,7 +161,7 @@ def test_back_to_a_breakpoint_of_a_robot_program(shaking: Start) -> None:
     assert editor.value("N%", thread=TASK_1) == "1"
     editor.go("reverseContinue")
     assert editor.stack(TASK_1) == [("SHAKE", 5)]
-    with pytest.raises(RefusedError, match="^N% has no value in SHAKE; in the PLC: "):
+    with pytest.raises(RefusedError, match=r"^N% has no value in SHAKE; in the PLC: "):
         editor.value("N%", thread=TASK_1)
     editor.say(".scan -1")
     assert editor.event("stopped")["threadId"] == 1
