@@ -13,6 +13,8 @@ from typing import Any
 import pytest
 
 from editor import Editor, RefusedError
+from rcx_harness.robot import Controller, RobotConfig
+from rcx_harness.verify.debug.robot_programs import robot_programs
 
 FOLDER = Path(__file__).parent / "programs"
 PLC, MAIN, SIDE = FOLDER / "Shake.st", FOLDER / "SHAKE.PGM", FOLDER / "SIDE.PGM"
@@ -110,6 +112,8 @@ def test_a_step_in_the_plc_ends_in_the_plc(shaking: Start) -> None:
     assert editor.go("next", 1)["threadId"] == 1
     assert editor.stack(1) == [("Main (Shake)", 10)]
     assert editor.stack(TASK_1) == [("SHAKE", 7)]
+    assert editor.go("stepBack", 1)["threadId"] == 1, "not to a line of the robot in this scan"
+    assert editor.stack(1)[0][0] == "Main (Shake)"
 
 
 def test_a_task_shows_its_variables(shaking: Start) -> None:
@@ -167,3 +171,17 @@ def test_back_to_a_breakpoint_of_a_robot_program(shaking: Start) -> None:
     assert editor.event("stopped")["threadId"] == 1
     editor.go()
     assert editor.stack(TASK_1) == [("SHAKE", 5)]
+
+
+def test_programs_of_several_robots_and_of_an_all_file(tmp_path: Path) -> None:
+    """MAIN begins in line 3 of the file; each robot has its own tasks."""
+    (tmp_path / "CELL.ALL").write_text("[PGM]\nNAME=MAIN\n*L:\nSGI0=2\nGOTO *L\n\n[END]\n")
+    (tmp_path / "robot.toml").write_text('data_file = "CELL.ALL"\n')
+    file = str(tmp_path / "CELL.ALL")
+    config = RobotConfig.load(tmp_path / "robot.toml")
+    programs = robot_programs([Controller(config), Controller(config)])
+    assert programs is not None
+    assert (list(programs.files), list(programs.lines(file))) == ([file], [4, 5])
+    assert list(programs.tasks) == [(1, "Robot 1 task 1: MAIN"), (2, "Robot 2 task 1: MAIN")]
+    assert [one[:3] for one in programs.stack(2)] == [("MAIN", file, 3)]
+    assert robot_programs([Controller(RobotConfig())]) is None, "it has no text"
