@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from structured_text.debug.breakpoints import Breakpoint, Counting, DataWatch, message_of
 from structured_text.debug.debuggee import Debuggee, Requests, source_of, unverified
-from structured_text.debug.devices import DeviceBreakpoint, next_line
+from structured_text.debug.devices import DeviceBreakpoint, Devices, next_line
 from structured_text.debug.places import real_path
 from structured_text.debug.protocol import Message
 from structured_text.debug.values import Held
@@ -41,33 +41,28 @@ class BreakpointRequests(Requests):
         return {"breakpoints": told}
 
     def _line_breakpoint(self, file: str, wanted: Message, made: list[Breakpoint]) -> Message:
-        line = int(wanted["line"]) + 1 - self._run.base
-        devices = self._run.machine.devices
-        of_device = devices is not None and bool(devices.lines(file))
-        found: tuple[int, _Lines] | None
-        if of_device:
-            at_device = next_line(devices, file, line)
-            found = None if at_device is None else (at_device, ())
-        elif self._run.places.is_source(file):
-            found = self._run.places.line(file, line)
-        else:
-            text = f"the running program has no declaration in {file}"
-            if devices is not None:
-                text += ", and no device of the cell runs it"
-            return unverified(text)
-        if found is None:
-            return unverified("there is no statement from this line on")
-        at, pous = found
+        line, devices = int(wanted["line"]) + 1 - self._run.base, self._run.machine.devices
+        shown: Message = {}
         try:
-            one = (
-                self._of_device(wanted, file, at) if of_device else self._of_pous(wanted, at, pous)
-            )
+            if devices is not None and devices.lines(file):
+                at = next_line(devices, file, line)
+                if at is not None:
+                    made.append(self._of_device(devices, wanted, file, at))
+                    if at != line:
+                        shown["message"] = f"moved from line {line} to the next statement"
+            elif self._run.places.is_source(file):
+                found = self._run.places.line(file, line)
+                at = found and found[0]
+                if found is not None:
+                    made.append(self._of_pous(wanted, *found))
+            else:
+                text = f"the running program has no declaration in {file}"
+                raise InputError(f"{text}, and no device of the cell runs it" if devices else text)
         except InputError as error:
             return unverified(str(error))
-        made.append(one)
-        shown = {"line": at - 1 + self._run.base, "source": source_of(file)}
-        if of_device and at != line:
-            shown["message"] = f"moved from line {line} to the next statement"
+        if at is None:
+            return unverified("there is no statement from this line on")
+        shown |= {"line": at - 1 + self._run.base, "source": source_of(file)}
         return {"id": self._numbers, "verified": True, **shown}
 
     def _of_pous(
@@ -86,16 +81,18 @@ class BreakpointRequests(Requests):
         self._numbers += 1
         return Breakpoint(self._numbers, lines, conditions, counting, messages, entry)
 
-    def _of_device(self, wanted: Message, file: str, at: int) -> Breakpoint:
-        """Return a breakpoint in the program of a device; its language has no conditions here."""
-        for key, what in (("condition", "a condition"), ("logMessage", "a message")):
-            if wanted.get(key):
-                hint = "take it out: a plain breakpoint or a number of hits works there"
-                text = f"{what} works in Structured Text only, not in the program of a device"
-                raise InputError(text, hint=hint)
+    def _of_device(self, devices: Devices, wanted: Message, file: str, at: int) -> Breakpoint:
+        """Return a breakpoint in the program of a device; its condition is in its language."""
+        if wanted.get("logMessage"):
+            hint = "take it out; a condition or a number of hits works there"
+            text = "a message works in Structured Text only, not in the program of a device"
+            raise InputError(text, hint=hint)
+        holds = devices.condition(wanted["condition"]) if wanted.get("condition") else None
         counting = _counting(wanted)
         self._numbers += 1
-        return DeviceBreakpoint(self._numbers, {}, counting=counting, file=real_path(file), line=at)
+        return DeviceBreakpoint(
+            self._numbers, {}, counting=counting, file=real_path(file), line=at, holds=holds
+        )
 
     def _on_setFunctionBreakpoints(self, arguments: Message) -> Message:  # noqa: N802
         self._of_functions = []

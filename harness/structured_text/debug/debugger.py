@@ -303,11 +303,17 @@ class Debugger:
 
     def _device_hits(self, step: DeviceStep) -> tuple[int, ...]:
         """Return the breakpoints that stop before a line of a device's program."""
-        return tuple(
-            one.number
-            for one in self.breakpoints
-            if isinstance(one, DeviceBreakpoint) and one.fits(step) and one.hit("", {})
-        )
+        hits = []
+        for one in self.breakpoints:
+            if not isinstance(one, DeviceBreakpoint) or not one.fits(step):
+                continue
+            try:
+                if one.hit_at(step):
+                    hits.append(one.number)
+            except InputError as error:
+                self.front.log(f"breakpoint: {error}")
+                hits.append(one.number)
+        return tuple(hits)
 
     def _hits(self, code: Code, at: int, frame: FrameType, *, first: bool) -> tuple[int, ...]:
         """Return the breakpoints that stop before a statement; print the messages of logpoints."""

@@ -69,6 +69,13 @@ class Devices(Protocol):
     def positions(self) -> list[str]:
         """Return for each task in use its program, line, state and statement as one line."""
 
+    def condition(self, text: str) -> Callable[[int], bool]:
+        """Return a function of the number of a task that evaluates a condition there.
+
+        Raise InputError if the text is not an expression of the language; so does the function if
+        the expression has no value.
+        """
+
     def watch(self, look: Callable[[DeviceStep], None] | None) -> None:
         """Call `look` before each line that a task begins, from now on; None: no longer."""
 
@@ -80,25 +87,31 @@ class DeviceBreakpoint(Breakpoint):
     Attributes:
         file: Canonical path of the file; empty: each line of `task`.
         depth: With `task`: only lines with at most so many calls in the stack.
+        holds: Its condition, evaluated in a task.
     """
 
     file: str = ""
     line: int = 0
     task: int = 0
     depth: int = 0
+    holds: Callable[[int], bool] | None = None
 
     def fits(self, step: DeviceStep) -> bool:
-        """Return whether it is at this line, without its condition on the number of hits."""
+        """Return whether it is at this line, without its conditions."""
         if self.file:
             return (step.file, step.line) == (self.file, self.line)
         return step.task == self.task and step.depth <= self.depth
 
+    def hit_at(self, step: DeviceStep) -> bool:
+        """Count a hit and return whether it stops, or raise InputError."""
+        return (self.holds is None or self.holds(step.task)) and self.hit("", {})
 
-def next_line(devices: Devices | None, file: str, line: int) -> int | None:
+
+def next_line(devices: Devices, file: str, line: int) -> int | None:
     """Return the next line of a device's program at which a statement begins, from this line on.
 
-    None: there is none, or the file is not one of a device.
+    None: there is none.
     """
-    lines = devices.lines(file) if devices is not None else ()
+    lines = devices.lines(file)
     place = bisect_left(lines, line)
     return lines[place] if place < len(lines) else None

@@ -28,7 +28,7 @@ Start = Callable[..., Editor]
 def shaking(editor: Editor) -> Start:
     """Launches the cell with breakpoints by file and runs to the first."""
 
-    def start(breakpoints: dict[Path, list[Any]]) -> Editor:
+    def start(breakpoints: dict[str | Path, list[Any]]) -> Editor:
         editor.start(breakpoints, sources=[str(PLC)], robot=str(FOLDER / "shake.toml"))
         return editor
 
@@ -68,19 +68,34 @@ def test_a_breakpoint_moves_to_the_next_statement(shaking: Start) -> None:
     assert [one["line"] for one in ways["breakpoints"]] == [2, 4, 5, 6, 7, 8, 9, 11, 12, 13]
 
 
-def test_what_works_in_structured_text_only_is_refused(shaking: Start) -> None:
+def test_what_cannot_be_a_breakpoint_is_refused(shaking: Start) -> None:
     editor = shaking({MAIN: [2]})
-    condition, message = editor.set(
-        MAIN, {"line": 5, "condition": "N% > 1"}, {"line": 5, "logMessage": "here"}
-    )
-    assert condition["message"] == (
-        "a condition works in Structured Text only, not in the program of a device; take it out: "
-        "a plain breakpoint or a number of hits works there"
-    )
-    assert message["message"].startswith("a message works in Structured Text only")
+    for wanted, text in (
+        ({"condition": "N% >"}, "'N% >' is not an expression of the robot language; write it as"),
+        ({"condition": "ARM"}, "'ARM' is not an expression"),
+        ({"condition": "SI(20)=1,500"}, "'SI(20)=1,500' is not an expression"),
+        ({"logMessage": "here"}, "a message works in Structured Text only"),
+        ({"hitCondition": "often"}, "'often' is not a count of hits"),
+    ):
+        (found,) = editor.set(MAIN, {"line": 5, **wanted})
+        assert not found["verified"]
+        assert found["message"].startswith(text)
     (elsewhere,) = editor.set(FOLDER / "OTHER.PGM", 2)
     assert not elsewhere["verified"]
     assert elsewhere["message"].endswith("OTHER.PGM, and no device of the cell runs it")
+
+
+def test_a_condition_is_an_expression_of_the_robot_language(shaking: Start) -> None:
+    """N% is 3 for the first time in the fourth request; point 900 is not defined."""
+    editor = shaking({MAIN: [{"line": 5, "condition": "n% = 3 and si(20)=1"}]})
+    assert editor.value("N%", thread=TASK_1) == "3"
+    editor.go("reverseContinue")
+    assert editor.stack(1)[0][1] == 10, "the start of the run: it has not held before"
+    editor.set(MAIN, {"line": 4, "condition": "P900 = P901"})
+    editor.go()
+    assert editor.stack(TASK_1) == [("SHAKE", 4)]
+    editor.request("threads")
+    assert any(one.startswith("breakpoint: P900 = P901 has no value") for one in editor.output)
 
 
 def test_hits_are_counted(shaking: Start) -> None:

@@ -8,7 +8,10 @@ from itertools import accumulate
 from typing import Any
 
 from rcx_harness.robot import Controller, Point
+from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.program.execution import Frame
+from rcx_harness.robot.program.expressions import evaluate, number_of
+from rcx_harness.robot.program.reader import read_expression
 from rcx_harness.robot.program.syntax import Instruction, Node
 from rcx_harness.robot.program.values import Value
 from rcx_harness.robot.tasks import RobotTask
@@ -16,6 +19,7 @@ from structured_text.debug.devices import DeviceFrame, Devices, DeviceStep
 from structured_text.debug.machine import Scope
 from structured_text.debug.places import real_path
 from structured_text.debug.values import Item, Text
+from structured_text.errors import InputError
 
 __all__ = ["RobotPrograms", "robot_programs"]
 
@@ -87,6 +91,24 @@ class RobotPrograms:
             for number, name in self.tasks
             for _, of in (self._task(number),)
         ]
+
+    def condition(self, text: str) -> Callable[[int], bool]:
+        """Return a function of the number of a task that evaluates a condition there.
+
+        Raise InputError if the text is not an expression of the robot language; so does the
+        function if the expression has no value.
+        """
+        node = read_expression(text)
+
+        def holds(number: int) -> bool:
+            robot, task = self._task(number)
+            try:
+                value = evaluate(node, robot.program, task)
+                return number_of(value, robot.config) != 0
+            except CommandError as error:
+                raise InputError(f"{text} has no value: alarm {error.number}") from None
+
+        return holds
 
     def watch(self, look: Callable[[DeviceStep], None] | None) -> None:
         """Call `look` before each line that a task begins, from now on; None: no longer."""
