@@ -228,6 +228,9 @@ class Console:
         return Back("scan", now.scan - max(0, number - 1))
 
     def _inject(self, argument: str) -> str:
+        if self._debugger.player.tracer.device is not None:
+            hint = "go to a statement of the PLC first: .scan 1"
+            raise InputError("a device is in the middle of its cycle", hint=hint)
         event, *which = argument.split()
         device = _number(which[0], ".inject link_down 2") if which else 1
         said = self._changed(lambda: self._machine.inject(event, device))
