@@ -161,7 +161,7 @@ def test_the_console_shows_plc_and_tasks_side_by_side(shaking: Start) -> None:
         "    Robot task 2: SIDE, line 1, running: *AGAIN:",
     ]
     assert editor.output[-1] == shown
-    with pytest.raises(RefusedError, match="^a device is in the middle of its cycle; go to"):
+    with pytest.raises(RefusedError, match=r"^a device is in the middle of its cycle; go to"):
         editor.say(".inject emergency_stop")
     editor.go("next", 1)
     assert ": PLC: Main (Shake), line 10\n" in editor.say(".where")
