@@ -52,12 +52,12 @@ def test_every_event_is_there_and_no_other() -> None:
     assert set(_table("Events")) - arguments == set(EVENTS)
 
 
-def test_every_key_of_a_robot_file_is_there_or_a_knob_of_the_page_on_fidelity() -> None:
+def test_every_key_of_a_robot_file_is_there_or_a_setting_of_the_page_on_fidelity() -> None:
     listed = {re.sub(r"[\[\]]|\.[NR]", "", key) for key in _table("Key")}
     knobs = {knob for rule in rules() for knob in rule.knobs}
     names = {entry.name for entry in fields(RobotConfig)}
-    assert "knobs" in listed
-    assert listed - {"knobs", "data_file"} <= names
+    assert "settings" in listed
+    assert listed - {"settings", "data_file"} <= names
     assert names - listed <= knobs
 
 
@@ -98,8 +98,8 @@ def test_every_parameter_is_there_with_its_range() -> None:
         assert shown[name] == (f"{low} or {high}" if high == 1 else f"{low} to {high}",), name
 
 
-def test_every_knob_of_words_is_there_with_its_words() -> None:
-    shown = {name: tuple(_PLAIN.findall(words)) for name, (words,) in _table("Knob").items()}
+def test_every_setting_of_words_is_there_with_its_words() -> None:
+    shown = {name: tuple(_PLAIN.findall(words)) for name, (words,) in _table("Setting").items()}
     others = {"size", *_table("Key of `[[axes]]`")}
     assert shown == {name: words for name, words in CHOICES.items() if name not in others}
 
