@@ -82,21 +82,22 @@ _LAW = """\
 ## How fast it gets there
 
 One law holds for all types and axes. An axis has the force of its motor's power at its highest
-speed, times a factor. With this force it moves the load and its own mass. Its own mass is a share of
-the largest load that it is built for:
+speed, times a factor. With this force it moves the load and its own mass. Its own mass is a share
+of the largest load that it is built for:
 
     acceleration = {factor} * (power / speed) / ({share} * largest load + load)
 
 For an arm this is the acceleration of its stretched end. For R it is the angular acceleration, with
 the largest moment of inertia instead of the largest load. The factor and the share were fitted to
-the standard cycle times of {names}: the smallest, the middle and the largest arm of five. The other
-two were held out.
+the standard cycle times of {names}:
+the smallest, the middle and the largest arm of five. The other two were held out.
 
 **The cycle** is 25 mm up, 300 mm across, 25 mm down, and back, in arch motion with the catalogue's
 load. We chose the details that are not in the catalogue. The movement is across the front. Its
-distance from the base is that of the hand with the arms at a right angle. R does not change, and the
-arch distances are 0 (all axes start and arrive together). The speed is 100 %. *Planned* is the time
-of both movements. *Measured* is the time of the remote commands in virtual time, in cycles of 5 ms.
+distance from the base is that of the hand with the arms at a right angle. R does not change, and
+the arch distances are 0 (all axes start and arrive together). The speed is 100 %. *Planned* is the
+time of both movements. *Measured* is the time of the remote commands in virtual time, in cycles of
+5 ms.
 
 | Model | Load [kg] | Catalogue [s] | Planned [s] | Measured [s] | Difference | |
 |---|---|---|---|---|---|---|"""
@@ -137,9 +138,9 @@ def _lines() -> Iterator[str]:
     yield from (f"{number}. {source}." for number, source in enumerate(sources, 1))
     yield ""
     yield from (f"- {model.name}: {model.also}" for model in models.values() if model.also)
-    yield "- Speeds of axes 1 and 2 of a SCARA robot: the sources give one speed of both together. The"
-    yield "  model divides it as in YK510XEC, YK610XEC and YK710XEC, which differ only in arm 1. If no"
-    yield "  source gives pulses, an axis has the pulses per degree or mm of the YK400XE.\n"
+    yield "- Speeds of axes 1 and 2 of a SCARA robot: the sources give one speed of both together."
+    yield "  The model divides it as in YK510XEC, YK610XEC and YK710XEC, which differ only in arm 1."
+    yield "  If no source gives pulses, an axis has the pulses per degree or mm of the YK400XE.\n"
     yield _COORDINATES
     config = RobotConfig()
     for asked, knob, instead in _ALARMS:
