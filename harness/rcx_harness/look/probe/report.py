@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from rcx_harness.look.probe.asker import Finding
 from rcx_harness.look.probe.catalogue import questions
-from rcx_harness.look.probe.finding import Finding
 from rcx_harness.look.probe.run import Outcome
 from rcx_harness.spec import folder
 from rcx_harness.spec.rules import Rule, rules

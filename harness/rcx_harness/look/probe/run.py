@@ -6,8 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rcx_harness.look.probe.asker import Asker
-from rcx_harness.look.probe.finding import Finding, SkipError
+from rcx_harness.look.probe.asker import Asker, Finding, SkipError
 from rcx_harness.look.probe.line import Line, LostError, NotConnectedError
 from rcx_harness.look.probe.question import Question, Risk
 from rcx_harness.spec.wire import READY
