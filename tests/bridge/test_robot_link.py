@@ -10,11 +10,11 @@ import pytest
 from fake_scanner import FakeScanner
 from rcx_harness.bridge.core import Lost, RobotSeen
 from rcx_harness.bridge.robot import RobotLink
-from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from structured_text.errors import InputError
 
 _LOOKS = 60_000

@@ -51,21 +51,17 @@ def scan(
     *,
     multiplier: int = 7,
     kind: ConnectionKind = ConnectionKind.EXCLUSIVE_OWNER,
-    multicast: bool = False,
     address: str = HOST,
     io_port: int | None = 0,
-    large: bool = False,
     size: int | None = None,
 ) -> Scanner:
     return Scanner(
         *(adapter.address[0], size or adapter.size, rpi_us),
         kind=kind,
         multiplier=multiplier,
-        multicast=multicast,
         address=address,
         io_port=io_port,
         port=adapter.address[1],
-        large=large,
         timeout_s=60.0,
     )
 
@@ -191,9 +187,8 @@ def test_no_packet_is_missing(adapter: Adapter) -> None:
         assert 0 < ours.gap_median_us <= ours.gap_p99_us <= ours.gap_max_us
 
 
-@pytest.mark.parametrize("large", [False, True])
-def test_256_bytes_go_both_ways(large: bool) -> None:
-    with Adapter(256, host=HOST, cyclic=0) as adapter, scan(adapter, large=large) as scanner:
+def test_256_bytes_go_both_ways() -> None:
+    with Adapter(256, host=HOST, cyclic=0) as adapter, scan(adapter) as scanner:
         adapter.write_to_master(bytes(range(256)))
         scanner.write(bytes(range(255, -1, -1)))
         scanner.open()
@@ -201,10 +196,9 @@ def test_256_bytes_go_both_ways(large: bool) -> None:
         eventually(adapter, lambda: adapter.read_to_robot() == bytes(range(255, -1, -1)))
 
 
-@pytest.mark.parametrize("multicast", [False, True])
-def test_input_only_receives_and_sends_nothing(adapter: Adapter, multicast: bool) -> None:
+def test_input_only_receives_and_sends_nothing(adapter: Adapter) -> None:
     before = adapter.shared.to_robot.version
-    with scan(adapter, kind=ConnectionKind.INPUT_ONLY, multicast=multicast) as scanner:
+    with scan(adapter, kind=ConnectionKind.INPUT_ONLY) as scanner:
         scanner.write(TO_ROBOT)
         scanner.open()
         eventually(adapter, lambda: scanner.read().image == TO_MASTER)
@@ -213,15 +207,10 @@ def test_input_only_receives_and_sends_nothing(adapter: Adapter, multicast: bool
     assert adapter.shared.to_robot.version == before
 
 
-@pytest.mark.parametrize("multicast", [False, True])
-def test_a_listener_hears_what_the_owner_hears_and_ends_with_it(
-    adapter: Adapter, multicast: bool
-) -> None:
-    with scan(adapter, multicast=multicast) as owner:
+def test_a_listener_hears_what_the_owner_hears_and_ends_with_it(adapter: Adapter) -> None:
+    with scan(adapter) as owner:
         owner.open()
-        listener = scan(
-            adapter, kind=ConnectionKind.LISTEN_ONLY, multicast=multicast, address=SECOND
-        )
+        listener = scan(adapter, kind=ConnectionKind.LISTEN_ONLY, address=SECOND)
         with listener:
             listener.open()
             eventually(adapter, lambda: listener.read().image == TO_MASTER)

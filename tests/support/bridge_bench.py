@@ -16,9 +16,9 @@ from rcx_harness.bridge.core import Actions, Limits, Registers, RobotSeen, State
 from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.plc import PlcLink
 from rcx_harness.bridge.robot import RobotLink
-from rcx_harness.enip import Adapter
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US

@@ -31,7 +31,7 @@ from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.exchange import Role
 from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, drops_text, now_us
 from rcx_harness.enip.errors import CipError, EnipError
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import KINDS
 from rcx_harness.enip.originator.client import PORT, Client
 from rcx_harness.spec.wire import SIZE, TO_MASTER, TO_ROBOT, check_size
 from structured_text.errors import InputError
@@ -96,10 +96,7 @@ def no_packet(scanner: _Dropping, within_s: float) -> EnipError:
     )
 
 
-_HEARTBEATS = {
-    ConnectionKind.INPUT_ONLY: AdapterOptions.input_only,
-    ConnectionKind.LISTEN_ONLY: AdapterOptions.listen_only,
-}
+_HEARTBEATS = {kind: point for point, kind in KINDS.items()}
 _LARGEST_PLAIN = 0x1FF  # of a connection that needs no Large Forward Open
 _SCHEDULED_DSCP = 47
 _VENDOR = 0
@@ -147,7 +144,6 @@ class Scanner(Closing):
         rpi_us: Requested packet interval in microseconds.
         kind: Application type. Only an exclusive owner sends data, the others send a heartbeat.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
-        multicast: Request packets to the adapter's multicast group.
         address: IPv4 address of this machine to send from; empty: the system chooses.
         io_port: Our UDP port; None for 2222 or, if that is in use, any free port.
 
@@ -172,11 +168,9 @@ class Scanner(Closing):
         *,
         kind: ConnectionKind = ConnectionKind.EXCLUSIVE_OWNER,
         multiplier: int = 2,
-        multicast: bool = False,
         address: str = "",
         io_port: int | None = None,
         port: int = PORT,
-        large: bool = False,
         timeout_s: float = 5.0,
     ) -> None:
         _check(rpi_us, multiplier)
@@ -185,7 +179,7 @@ class Scanner(Closing):
             size = Assemblies(size, size)
         self._asked = asked = size
         self._kind, self._rpi_us = kind, rpi_us
-        self._multiplier, self._multicast, self._large = multiplier, multicast, large
+        self._multiplier = multiplier
         usual = _HEARTBEATS.get(kind, 0)
         self._heartbeat = usual if asked.heartbeat is None else asked.heartbeat
         self._adapter = (host, port, timeout_s, address)
@@ -222,7 +216,7 @@ class Scanner(Closing):
         request = self._new_request()
         local_port = self._control.port
         items = []
-        if local_port != IO_PORT and not self._multicast:
+        if local_port != IO_PORT:
             # The adapter must learn any port other than the usual one.
             items.append((Item.T_TO_O_ADDRESS, socket_address("0.0.0.0", local_port)))
         reply, answered = self._ask(request.forward_open(), *items)
@@ -238,10 +232,6 @@ class Scanner(Closing):
             )
         addresses = {kind: decode_socket_address(data) for kind, data in answered}
         _, destination_port = addresses.get(Item.O_TO_T_ADDRESS) or ("", IO_PORT)
-        join = (addresses.get(Item.T_TO_O_ADDRESS) if self._multicast else None) or ("", IO_PORT)
-        if self._multicast and not join[0]:
-            self.close_connection()
-            raise EnipError("the adapter has not told its multicast group")
         is_owner = self._kind is ConnectionKind.EXCLUSIVE_OWNER
         self._number += 1
         self.ended = None
@@ -259,9 +249,6 @@ class Scanner(Closing):
             destination=self._host,
             destination_port=destination_port,
             run_idle=is_owner,
-            multicast=self._multicast,
-            join=join[0],
-            join_port=join[1],
             dscp=_SCHEDULED_DSCP,
         )
         self._control.add(self.connection)
@@ -403,12 +390,11 @@ class Scanner(Closing):
             o_to_t_length=o_to_t,
             t_to_o_length=t_to_o,
             multiplier=self._multiplier,
-            multicast=self._multicast,
             consuming=asked.output_instance if is_owner else self._heartbeat,
             producing=asked.input_instance,
             configuration=asked.configuration,
             configuration_data=asked.configuration_data,
-            large=self._large or max(o_to_t, t_to_o) > _LARGEST_PLAIN,
+            large=max(o_to_t, t_to_o) > _LARGEST_PLAIN,
         )
 
 

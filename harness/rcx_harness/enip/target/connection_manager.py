@@ -237,7 +237,7 @@ class ConnectionManager:
             data = bytes_of.refusal_data(request, remaining)
             if opens:
                 self._on_refused(refusal_text(origin.peer, asked, refusal, self._facts()))
-            return encode_reply(request.service, refusal.status, data, self._words(refusal))
+            return encode_reply(request.service, refusal.status, data, refusal.extended)
         return encode_reply(request.service, Status.SUCCESS, data)
 
     def explicit(self, connection_id: int, session: int) -> ExplicitConnection | None:
@@ -318,7 +318,7 @@ class ConnectionManager:
         multicast = request.t_to_o.kind is ConnectionType.MULTICAST
         shared = [other for other in self._class1.values() if other.multicast] if multicast else []
         produced = [other.t_to_o_api_us for other in shared[:1]]
-        kind = check_cyclic(request, path, self._size, self._options, produced)
+        kind = check_cyclic(request, path, self._size, self._options.rpi_min_us, produced)
         if self._cyclic is None:
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS)
         self._check_room(kind, origin.peer)
@@ -425,7 +425,7 @@ class ConnectionManager:
         owners = [one.peer for one in self._class1.values() if one.is_owner]
         cyclic = self._cyclic is not None
         owner = owners[0] if owners else ""
-        return Facts(self._size, self._identity, self._options, owner, cyclic)
+        return Facts(self._size, self._identity, self._options.rpi_min_us, owner, cyclic)
 
     def _new_id(self) -> int:
         """Return a connection id that none of ours has; 0 is not an id."""
@@ -435,10 +435,3 @@ class ConnectionManager:
         while True:
             if (number := self._draw_id()) not in taken:
                 return number
-
-    def _words(self, refusal: Refusal) -> tuple[int, ...]:
-        """Return the extended status, with its further words only if the code has them."""
-        if not self._options.older_status or not refusal.extended:
-            return refusal.extended
-        code = ExtendedStatus(refusal.extended[0]).older
-        return refusal.extended if code == refusal.extended[0] else (code,)

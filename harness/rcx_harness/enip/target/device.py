@@ -96,7 +96,7 @@ class Session:
         now = self._device.clock()
         if self._received and now - self._started >= SLOW_S:
             return True
-        limit = self._device.inactivity_s
+        limit = self._device.objects.inactivity_s
         return limit > 0 and now - self._last_frame >= limit
 
     def gives_way(self) -> tuple[bool, float] | None:
@@ -257,15 +257,9 @@ class Device:
             is_owned=lambda: self.connections.is_owned,
             interface=interface,
             group=group,
-            inactivity_s=options.inactivity_s,
         )
         self.router = Router(self.objects, identity, self.connections, self._reset)
         self.listing = Listing(self.router, cyclic is not None)
-
-    @property
-    def inactivity_s(self) -> int:
-        """Return the seconds of silence before a TCP connection is closed; 0 for never."""
-        return self.objects.inactivity_s
 
     def connect(self, local: tuple[str, int], peer: str) -> Session:
         """Return the session layer of a new TCP connection."""

@@ -87,7 +87,8 @@ class Lasting:
         return {}
 
 
-_Action = Callable[[Machine, Call], Response]
+_Action = Callable[[Machine, Call], Response | None]
+_A = TypeVar("_A", bound=_Action)
 _Starter = Callable[[Machine, Call], Execution]
 _S = TypeVar("_S", bound=_Starter)
 
@@ -96,14 +97,14 @@ _STARTERS: dict[int, _Starter] = {}
 _ABSENT: set[int] = set()
 
 
-def act(*codes: int, absent: bool = False) -> Callable[[_Action], _Action]:
+def act(*codes: int, absent: bool = False) -> Callable[[_A], _A]:
     """Register a function that does the whole command when its `command_delay` is over.
 
-    `codes` are given without the robot's digit. With `absent` the function also answers for a robot
-    that does not exist.
+    It returns the response fields, or None if there are none. `codes` are given without the robot's
+    digit. With `absent` the function also answers for a robot that does not exist.
     """
 
-    def register(function: _Action) -> _Action:
+    def register(function: _A) -> _A:
         _ACTIONS.update(dict.fromkeys(codes, function))
         if absent:
             _ABSENT.update(codes)
@@ -181,4 +182,4 @@ class Action(Lasting):
         """Act when the delay is over."""
         if machine.now_us < self._due_us:
             return None
-        return _ACTIONS[self._call.code](machine, self._call)
+        return _ACTIONS[self._call.code](machine, self._call) or {}
