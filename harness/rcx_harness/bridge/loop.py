@@ -42,7 +42,7 @@ class _PlcPort(Protocol):
 
 
 class _RobotPort(Protocol):
-    """The methods of `rcx_harness.bridge.robot.RobotLink` that the loop uses."""
+    """The methods of `rcx_harness.bridge.run.RobotLink` that the loop uses."""
 
     def read(self) -> RobotSeen | Lost: ...
 
