@@ -11,7 +11,6 @@ import signal
 import socket
 import struct
 from collections.abc import Callable, Iterator
-from types import SimpleNamespace
 
 import pytest
 
@@ -334,8 +333,7 @@ def test_an_implausible_reply_opens_nothing_and_is_explained(
     ],
 )
 def test_packets_that_cannot_be_used_are_not_called_silence(drops: str, message: str) -> None:
-    scanner = SimpleNamespace(drops=lambda: drops)
-    assert str(no_packet(scanner, 10.0)) == message
+    assert str(no_packet(drops, 10.0)) == message
 
 
 def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -94,14 +95,13 @@ class Running(Closing):
         multiplier = multiplier_of(options.limits.gap_us, options.rpi_us)
         size = options.registers.size
 
-        def connect() -> Scanner:
-            return Scanner(
-                *(options.robot, size, options.rpi_us),
-                multiplier=multiplier,
-                address=options.address,
-                port=options.robot_port,
-            )
-
+        connect = partial(
+            Scanner,
+            *(options.robot, size, options.rpi_us),
+            multiplier=multiplier,
+            address=options.address,
+            port=options.robot_port,
+        )
         self.robot = RobotLink(f"{options.robot}:{options.robot_port}", size, connect)
         self.loop = Loop(
             *(self._plc, self.robot, options.registers, options.limits),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from rcx_harness.spec.wire import check_size
 from structured_text.engines.base import Program
@@ -28,28 +28,6 @@ class Slot(NamedTuple):
     bit: int
     width: int
     """Bytes; 0 for a single bit."""
-
-
-class Image(Protocol):
-    """The robot's two areas in the program's process image."""
-
-    @property
-    def slots(self) -> list[Slot]:
-        """Return the variables that receive the area from the robot."""
-
-    @property
-    def bridged(self) -> bool:
-        """Return whether the image is that of a bridge: the area is 0 without a connection."""
-
-    @property
-    def life_path(self) -> str:
-        """Return the path of the bridge's life word; empty without such a variable."""
-
-    def put(self, area: bytes, connected: bool = True) -> None:
-        """Write the area from the robot at offset m; `connected` is the state of the connection."""
-
-    def get(self) -> bytes:
-        """Read the area that goes to the robot, at offset n."""
 
 
 def find_image(program: Program, *, size: int, m: int, n: int, located: bool = False) -> Image:
@@ -144,7 +122,7 @@ def _check_end(name: str, offset: int, size: int, have: int, where: str) -> None
 
 
 class ArrayImage:
-    """The process image of a program with the arrays `InputArea` and `OutputArea`."""
+    """The process image of a program with the arrays `InputArea` and `OutputArea`; see `Image`."""
 
     bridged, life_path = False, ""
 
@@ -334,3 +312,9 @@ _CONVERT: dict[str, Callable[[bytes], object]] = {
     **dict.fromkeys(("SINT", "INT", "DINT", "LINT"), _signed),
     **{kind: _float(form) for kind, form in _FLOATS.items()},
 }
+
+
+#: The robot's two areas in the program's process image. `slots` are the variables that receive the
+#: area from the robot. If `bridged`, the image is that of a bridge: the area is 0 without a
+#: connection. `life_path` is the path of the bridge's life word; empty without such a variable.
+Image = ArrayImage | LocatedImage

@@ -162,7 +162,7 @@ def _first(scanner: Scanner) -> Received:
         if failure := scanner.failure:
             raise ProcessDiedError(failure)
         if time.monotonic() > deadline:
-            raise no_packet(scanner, _FIRST_S)
+            raise no_packet(scanner.drops(), _FIRST_S)
         time.sleep(_LOOK_S)
     return received
 

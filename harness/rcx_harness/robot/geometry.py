@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from rcx_harness.robot.kinematics import CARTESIAN, Kinematics
 
@@ -131,23 +130,8 @@ def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
     return (x * cosine - y * sine, x * sine + y * cosine)
 
 
-class Curve(Protocol):
-    """A curve as a function of the part of its length, 0 to 1.
-
-    Attributes:
-        length: Way of X, Y and Z, or of the other axes together if that is longer.
-        samples: Number of parts into which it must be cut to be straight within each part.
-    """
-
-    length: float
-    samples: int
-
-    def at(self, share: float) -> Sequence[float]:
-        """Return the position of all axes after that part of the length."""
-
-
 class Line:
-    """A straight line from start to end; all axes move in proportion."""
+    """A straight line from start to end; all axes move in proportion. See `Curve`."""
 
     samples = 1
 
@@ -211,6 +195,12 @@ class Arc:
         """Return the angle from the start to `point` in the direction of the arc [rad]."""
         arm = _minus(point, self._centre)
         return math.atan2(_dot(arm, self._v), _dot(arm, self._u)) % math.tau
+
+
+#: A curve as a function of the part of its length, 0 to 1. `length` is the way of X, Y and Z, or of
+#: the other axes together if that is longer; `samples` is the number of parts into which the curve
+#: must be cut to be straight within each part.
+Curve = Line | Arc
 
 
 def _space(point: Sequence[float]) -> list[float]:

@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from rcx_harness.enip.codec import forward_open as bytes_of
 from rcx_harness.enip.codec.cip import (
@@ -38,6 +37,7 @@ from rcx_harness.enip.cyclic.connections import (
     ConnectionKind,
     ConnectionParameters,
 )
+from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.admission import (
@@ -56,7 +56,6 @@ __all__ = [
     "MAX_EXPLICIT",
     "MAX_EXPLICIT_OF_PEER",
     "ConnectionManager",
-    "CyclicPart",
     "ExplicitConnection",
     "Origin",
     "random_id",
@@ -153,23 +152,6 @@ def random_id() -> int:
     return secrets.randbits(_ID_BITS)
 
 
-class CyclicPart(Protocol):
-    """The part that produces and consumes the packets of class 1."""
-
-    @property
-    def port(self) -> int:
-        """Return the UDP port of the packets to us."""
-        ...
-
-    def add(self, parameters: ConnectionParameters) -> None:
-        """Start a connection; does not wait."""
-        ...
-
-    def remove(self, number: int) -> None:
-        """Stop a connection."""
-        ...
-
-
 class ConnectionManager:
     """The connections of one adapter.
 
@@ -187,7 +169,7 @@ class ConnectionManager:
         size: int,
         identity: Identity,
         options: AdapterOptions,
-        cyclic: CyclicPart | None,
+        cyclic: CyclicControl | None,
         clock: Callable[[], float],
         draw_id: Callable[[], int] = random_id,
         on_refused: Callable[[str], None] = lambda text: None,

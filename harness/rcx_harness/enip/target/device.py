@@ -27,11 +27,11 @@ from rcx_harness.enip.codec.encapsulation import (
     unconnected_items,
 )
 from rcx_harness.enip.cyclic.connections import OwnerState, multicast_address
+from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.shared import Image
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.connection_manager import (
     ConnectionManager,
-    CyclicPart,
     Origin,
     random_id,
 )
@@ -222,7 +222,7 @@ class Device:
         to_robot: Image,
         identity: Identity | None = None,
         options: AdapterOptions | None = None,
-        cyclic: CyclicPart | None = None,
+        cyclic: CyclicControl | None = None,
         owner_state: Callable[[], OwnerState] = lambda: OwnerState.NONE,
         interface: NetworkInterface | None = None,
         clock: Callable[[], float] = time.monotonic,

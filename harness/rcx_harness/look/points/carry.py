@@ -7,7 +7,7 @@ from typing import Any
 
 from rcx_harness.look.points.stored import Key, Stored
 from rcx_harness.look.probe.asker import Answer, Asker, NoAnswerError
-from rcx_harness.look.probe.line import Line
+from rcx_harness.look.probe.line import NetworkLine
 from rcx_harness.robot.stored import Hand, Pallet, Point
 from rcx_harness.spec.wire import NORMAL_END, READY
 
@@ -51,7 +51,7 @@ class Carrier:
 
     def __init__(
         self,
-        line: Line,
+        line: NetworkLine,
         undefined: Collection[str] = UNDEFINED,
         timeout_us: int = TIMEOUT_US,
     ) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rcx_harness.look.probe.line import Line, LostError
+from rcx_harness.look.probe.line import LostError, NetworkLine
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.area import input_words
 from rcx_harness.spec import FieldValue, command, commands, signals
@@ -133,7 +133,7 @@ class Asker:
 
     def __init__(
         self,
-        line: Line,
+        line: NetworkLine,
         person: Callable[[str, str], bool],
         trace: Trace | None = None,
         patience_us: int = _PATIENCE_US,
