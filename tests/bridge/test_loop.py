@@ -9,8 +9,8 @@ import pytest
 
 from rcx_harness.bridge.core import Limits, Lost, Registers, RobotSeen, State, words_of
 from rcx_harness.bridge.figures import Figures, figures_text, plc_text, robot_text, state_text
-from rcx_harness.bridge.loop import Loop
-from rcx_harness.bridge.plc import PlcError
+from rcx_harness.bridge.loop import Loop, RobotLink
+from rcx_harness.bridge.plc import PlcError, PlcLink
 from rcx_harness.enip.originator.scanner import ScannerStatistics
 from structured_text.errors import InputError
 
@@ -18,7 +18,7 @@ _ANSWERS = bytes(range(48))
 
 
 @dataclass
-class Room:
+class Room(PlcLink):
     """A PLC, a robot and a clock; all that is done to them, in its order."""
 
     now_us: int = 0
@@ -61,7 +61,7 @@ class Room:
         return names
 
 
-class Robot:
+class Robot(RobotLink):
     """The robot in the same room."""
 
     def __init__(self, room: Room) -> None:

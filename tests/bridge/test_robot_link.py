@@ -9,7 +9,7 @@ import pytest
 
 from fake_scanner import FakeScanner
 from rcx_harness.bridge.core import Lost, RobotSeen
-from rcx_harness.bridge.run import RobotLink
+from rcx_harness.bridge.loop import RobotLink
 from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions

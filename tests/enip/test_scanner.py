@@ -52,6 +52,7 @@ def scan(
     kind: ConnectionKind = ConnectionKind.EXCLUSIVE_OWNER,
     address: str = HOST,
     io_port: int | None = 0,
+    large: bool = False,
     size: int | None = None,
 ) -> Scanner:
     return Scanner(
@@ -61,6 +62,7 @@ def scan(
         address=address,
         io_port=io_port,
         port=adapter.address[1],
+        large=large,
         timeout_s=60.0,
     )
 
@@ -186,8 +188,9 @@ def test_no_packet_is_missing(adapter: Adapter) -> None:
         assert 0 < ours.gap_median_us <= ours.gap_p99_us <= ours.gap_max_us
 
 
-def test_256_bytes_go_both_ways() -> None:
-    with Adapter(256, host=HOST, cyclic=0) as adapter, scan(adapter) as scanner:
+@pytest.mark.parametrize("large", [False, True])
+def test_256_bytes_go_both_ways(large: bool) -> None:
+    with Adapter(256, host=HOST, cyclic=0) as adapter, scan(adapter, large=large) as scanner:
         adapter.write_to_master(bytes(range(256)))
         scanner.write(bytes(range(255, -1, -1)))
         scanner.open()

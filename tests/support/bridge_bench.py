@@ -13,9 +13,8 @@ from typing import Any
 
 from modbus_plc import ModbusPlc
 from rcx_harness.bridge.core import Actions, Limits, Registers, RobotSeen, State
-from rcx_harness.bridge.loop import Loop
+from rcx_harness.bridge.loop import Loop, RobotLink
 from rcx_harness.bridge.plc import PlcLink
-from rcx_harness.bridge.run import RobotLink
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.enip.target.adapter import Adapter

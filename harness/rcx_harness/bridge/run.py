@@ -15,21 +15,20 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from rcx_harness.bridge.core import Limits, Lost, Registers, RobotSeen, State
+from rcx_harness.bridge.core import Limits, Lost, Registers, State
 from rcx_harness.bridge.figures import figures_text, plc_text, robot_text, state_text
-from rcx_harness.bridge.loop import Loop
+from rcx_harness.bridge.loop import Loop, RobotLink
 from rcx_harness.bridge.plc import PlcError, PlcLink
 from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.cyclic.shared import now_us
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.opening import multiplier_of
-from rcx_harness.enip.originator.persistent_connection import PersistentConnection
 from rcx_harness.enip.originator.scanner import Scanner
 from structured_text.errors import InputError
 from structured_text.output.system import fine_timers, told_to_end
 from structured_text.output.throttle import Throttle
 
-__all__ = ["BridgeOptions", "RobotLink", "Running", "bridge", "news_lines"]
+__all__ = ["BridgeOptions", "Running", "bridge", "news_lines"]
 
 _SHOW_EVERY_S = 0.25
 _FIGURES_EVERY_S = 5.0
@@ -61,15 +60,6 @@ class BridgeOptions:
     limits: Limits = field(default_factory=Limits)
     wait: bool = False
     quiet: bool = False
-
-
-class RobotLink(PersistentConnection):
-    """The exclusive-owner connection to the robot."""
-
-    def read(self) -> RobotSeen | Lost:
-        """Return the latest area from the robot, or the reason of its loss."""
-        received = self.received()
-        return Lost(received) if isinstance(received, str) else RobotSeen(received.image)
 
 
 class Running(Closing):

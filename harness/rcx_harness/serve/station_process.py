@@ -225,7 +225,7 @@ def _adapter(settings: dict[str, Any], size: int) -> Adapter:
         host=settings["host"],
         port=settings["port"],
         cyclic=settings["cyclic"],
-        options=AdapterOptions.from_message(settings["options"]),
+        options=AdapterOptions(**settings["options"]),
     )
 
 

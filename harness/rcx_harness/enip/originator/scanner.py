@@ -169,6 +169,7 @@ class Scanner(Closing):
         address: str = "",
         io_port: int | None = None,
         port: int = PORT,
+        large: bool = False,
         timeout_s: float = 5.0,
     ) -> None:
         _check(rpi_us, multiplier)
@@ -177,7 +178,7 @@ class Scanner(Closing):
             size = Assemblies(size, size)
         self._asked = asked = size
         self._kind, self._rpi_us = kind, rpi_us
-        self._multiplier = multiplier
+        self._multiplier, self._large = multiplier, large
         usual = _HEARTBEATS.get(kind, 0)
         self._heartbeat = usual if asked.heartbeat is None else asked.heartbeat
         self._adapter = (host, port, timeout_s, address)
@@ -392,7 +393,7 @@ class Scanner(Closing):
             producing=asked.input_instance,
             configuration=asked.configuration,
             configuration_data=asked.configuration_data,
-            large=max(o_to_t, t_to_o) > _LARGEST_PLAIN,
+            large=self._large or max(o_to_t, t_to_o) > _LARGEST_PLAIN,
         )
 
 

@@ -114,9 +114,8 @@ class _Value(device.Attribute):  # type: ignore[misc]  # cpppo has no types
         name: str,
         read: Callable[[], bytes],
         write: Callable[[bytes], None] | None = None,
-        mask: int = 0,
     ) -> None:
-        super().__init__(name, parser.USINT, default=b"", mask=mask)
+        super().__init__(name, parser.USINT, default=b"")
         self.read = read
         self.write = write
 

@@ -66,7 +66,8 @@ def as_toml(stored: Stored, head: Iterable[str]) -> str:
     lines = [f"# {line}" for line in head]
     for (_, number), point in sorted(stored.of("points").items()):
         lines += ["", f"[points.{number}]", *_point_lines(point)]
-    lines += _table("comments", ((n, toml_value(text)) for (_, n), text in _in_order(stored)))
+    comments = sorted(stored.of("comments").items())
+    lines += _table("comments", ((n, toml_value(text)) for (_, n), text in comments))
     shifts = sorted(stored.of("shifts").items())
     lines += _table("shifts", ((n, _list(map(_mm, shift))) for (_, n), shift in shifts))
     hands = sorted(stored.of("hands").items())
@@ -130,10 +131,6 @@ def shown(value: Any) -> str:
         return f"{_list(map(str, value.data))} as on the wire"
     shift: Shift = value
     return f"{_list(map(_mm, shift))} mm"
-
-
-def _in_order(stored: Stored) -> list[tuple[tuple[int, int], str]]:
-    return sorted(stored.of("comments").items())
 
 
 def _point_lines(point: Point) -> Iterator[str]:

@@ -105,7 +105,8 @@ def as_toml(outcome: Outcome, subject: Subject) -> str:
             rule["open"] = one.open
         lines += ["", "[[rule]]", *_rows(rule)]
         for question, found in one.findings:
-            row = {"question": question, **({"knob": found.knob} if found.knob else {})}
+            row: dict[str, Any] = {"question": question}
+            row |= {"knob": found.knob} if found.knob else {}
             values = "between" if found.between else "values"
             row |= {"verdict": found.verdict, values: found.values}
             row |= {"assumed": found.expected, "evidence": found.text}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
@@ -18,7 +18,6 @@ __all__ = [
     "Action",
     "Call",
     "Execution",
-    "Lasting",
     "Response",
     "act",
     "acts_once",
@@ -64,26 +63,18 @@ class Call:
         return tuple(self.arm.indices[place] for place in self.places)
 
 
-class Execution(Protocol):
-    """A command under way."""
+class Execution:
+    """A command under way; by default the status reset command does not end it."""
 
-    stoppable: bool
+    stoppable = False
     """The status reset command may end it (continuous output), which is not a violation then."""
 
     def step(self, machine: Machine) -> Response | None:
         """Continue in this cycle; return the response once it has ended normally, else None."""
+        raise NotImplementedError
 
     def interim(self, machine: Machine) -> Response:
-        """Return the response that is shown with status 0x0100."""
-
-
-class Lasting:
-    """A command under way without interim response; the status reset command does not end it."""
-
-    stoppable = False
-
-    def interim(self, machine: Machine) -> Response:
-        """Return nothing: no response is shown before the end."""
+        """Return the response that is shown with status 0x0100: nothing before the end."""
         return {}
 
 
@@ -167,7 +158,7 @@ def perform(machine: Machine, wanted: Request) -> Execution | None:
     return None
 
 
-class Action(Lasting):
+class Action(Execution):
     """A command that acts once, `command_delay` after it was accepted.
 
     If the delay is shorter than a cycle, it acts at once, so the run status may be skipped.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rcx_harness.robot.alarms import EMERGENCY_STOP, CommandError
 from rcx_harness.robot.arm import BRAKE, FREE, SERVO
-from rcx_harness.robot.commands.base import Call, Execution, Lasting, Response, act, takes_time
+from rcx_harness.robot.commands.base import Call, Execution, Response, act, takes_time
 from rcx_harness.robot.commands.moves import Moving
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import OriginRun
@@ -173,7 +173,7 @@ def _return_to_origin(machine: Machine, call: Call, chosen: Sequence[int]) -> Ex
     return _Returning(machine, [group for group in (absolute, others) if group])
 
 
-class _Returning(Lasting):
+class _Returning(Execution):
     """A return-to-origin under way; it ends when all groups of axes have arrived."""
 
     def __init__(self, machine: Machine, groups: list[tuple[int, ...]]) -> None:
@@ -202,7 +202,7 @@ def _check_power(machine: Machine) -> None:
         raise CommandError(next(serious, machine.config.motor_power_alarm))
 
 
-class _SwitchOn(Lasting):
+class _SwitchOn(Execution):
     """A servo ON under way: motor power and some servos are ON after `servo_on_delay`."""
 
     def __init__(self, machine: Machine, indices: Sequence[int]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.commands.base import Call, Response, act
 from rcx_harness.robot.data import Definition
@@ -71,12 +73,7 @@ def read_definition(machine: Machine, call: Call) -> Response:
     """Return the definition of a word (4.9.2); item 0 if it has none."""
     word = call.values["output_word"]
     definition = machine.data.real_time.definitions.get(word, Definition())
-    return {
-        "output_word": word,
-        "item": definition.item,
-        "option1": definition.option1,
-        "option2": definition.option2,
-    }
+    return {"output_word": word, **asdict(definition)}
 
 
 @act(0x703)
