@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from modbus_plc import ModbusPlc
-from rcx_harness.bridge.core import Actions, Limits, Registers, RobotSeen, State
+from rcx_harness.bridge.core import Actions, Limits, Registers, State
 from rcx_harness.bridge.loop import Loop, RobotLink
 from rcx_harness.bridge.plc import PlcLink
 from rcx_harness.enip.options import AdapterOptions
@@ -121,10 +121,10 @@ class BridgeBench:
         """Wait until both areas have arrived, as long as there is a connection."""
         for _ in range(_MOST_LOOKS):
             seen = self.robot.read()
-            if not isinstance(seen, RobotSeen):
+            if not isinstance(seen, bytes):
                 return
             there = self.adapter.shared.to_robot.read() == to_robot
-            if there and seen.area == self.adapter.shared.to_master.read():
+            if there and seen == self.adapter.shared.to_master.read():
                 return
             self._pause.wait(_PAUSE_S)
         raise AssertionError("the packets do not come")

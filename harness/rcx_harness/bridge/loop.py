@@ -11,7 +11,6 @@ from rcx_harness.bridge.core import (
     Lost,
     PlcSeen,
     Registers,
-    RobotSeen,
     State,
     area_of,
 )
@@ -31,10 +30,10 @@ own process stands still, and nobody knows what the PLC wants."""
 class RobotLink(PersistentConnection):
     """The exclusive-owner connection to the robot."""
 
-    def read(self) -> RobotSeen | Lost:
+    def read(self) -> bytes | Lost:
         """Return the latest area from the robot, or the reason of its loss."""
         received = self.received()
-        return Lost(received) if isinstance(received, str) else RobotSeen(received.image)
+        return Lost(received) if isinstance(received, str) else received.image
 
 
 class Loop:

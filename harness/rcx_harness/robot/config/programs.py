@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,27 +12,20 @@ from rcx_harness.robot.program.all_file import read_all
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["Brought", "brought", "named_by"]
+__all__ = ["brought", "named_by"]
 
 #: The key of a robot file that names a file with all data of a controller.
 _DATA_FILE = "data_file"
 
 
-@dataclass(frozen=True)
-class Brought:
-    """The content of the other files of a robot file.
-
-    Attributes:
-        programs: The entries of `[[programs]]` with the texts of their files; empty: no program.
-        data: Stored data by their keys of RobotConfig.
-    """
-
-    programs: tuple[Mapping[str, Any], ...] = ()
-    data: Mapping[str, Mapping[Any, Any]] = field(default_factory=dict)
-
-
-def brought(file: Path, table: dict[str, Any]) -> Brought:
+def brought(
+    file: Path, table: dict[str, Any]
+) -> tuple[list[dict[str, Any]], dict[str, Mapping[Any, Any]]]:
     """Return what the other files of a robot file bring; `data_file` is taken out of `table`.
+
+    Returns:
+        The entries of `[[programs]]` with the texts of their files; empty: no program. Then stored
+        data by their keys of RobotConfig.
 
     Raises:
         InputError: a file cannot be read, or the first error in it.
@@ -54,7 +46,7 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
                 programs.append({"name": one.name, "text": one.text})
         keys = ("points", "comments", "shifts", "hands", "pallets", "variables")
         data = {key: getattr(content, key) for key in keys}
-    return Brought(tuple(programs), data)
+    return programs, data
 
 
 def named_by(file: Path) -> list[Path]:
