@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from rcx_harness.robot.kinematics import CARTESIAN, Kinematics
 
@@ -57,7 +58,7 @@ class Frame:
         own = self.kinematics.forward(self._joints(pulses))
         if self._plain:
             return tuple(own)
-        mm = _padded(own, 4)
+        mm = _padded(own)
         tool = self._tool(mm[_R])
         mm = [mm[k] + tool[k] - self.shift[k] for k in range(4)] + mm[4:]
         mm[_X], mm[_Y] = _turned(mm[_X], mm[_Y], -self._turn)
@@ -67,7 +68,7 @@ class Frame:
         """Return the positions of the axes for the tool at `mm`; not rounded."""
         own = list(mm)
         if not self._plain:
-            own = _padded(own, 4)
+            own = _padded(own)
             own[_X], own[_Y] = _turned(own[_X], own[_Y], self._turn)
             tool = self._tool(own[_R] + self.shift[_R])
             own = [own[k] + self.shift[k] - tool[k] for k in range(4)] + own[4:]
@@ -118,9 +119,8 @@ class Frame:
         return (x, y, z, 0.0)
 
 
-def _padded(values: Sequence[float], count: int) -> list[float]:
-    """Return the values; those of axes that do not exist are 0."""
-    return [*values, *[0.0] * (count - len(values))]
+def _padded(values: list[float]) -> list[float]:
+    return values + [0.0] * (4 - len(values))
 
 
 def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
@@ -131,8 +131,23 @@ def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
     return (x * cosine - y * sine, x * sine + y * cosine)
 
 
+class Curve(Protocol):
+    """A curve as a function of the part of its length, 0 to 1.
+
+    Attributes:
+        length: Way of X, Y and Z, or of the other axes together if that is longer.
+        samples: Number of parts into which it must be cut to be straight within each part.
+    """
+
+    length: float
+    samples: int
+
+    def at(self, share: float) -> Sequence[float]:
+        """Return the position of all axes after that part of the length."""
+
+
 class Line:
-    """A straight line from start to end; all axes move in proportion. See `Curve`."""
+    """A straight line from start to end; all axes move in proportion."""
 
     samples = 1
 
@@ -160,7 +175,7 @@ class Arc:
     def __init__(self, start: Sequence[float], via: Sequence[float], end: Sequence[float]) -> None:
         self._others = [part[_XYZ:] for part in (start, via, end)]
         self._size = len(start)
-        a, b, c = (_padded(part[:_XYZ], _XYZ) for part in (start, via, end))
+        a, b, c = (_space(part) for part in (start, via, end))
         first, whole = _minus(b, a), _minus(c, a)
         # The centre is the circumcentre of the triangle start, via, end. With f = via - start and
         # w = end - start it is start + ((|f|^2 w - |w|^2 f) x n) / (2 |n|^2), n = f x w. Points on
@@ -198,10 +213,9 @@ class Arc:
         return math.atan2(_dot(arm, self._v), _dot(arm, self._u)) % math.tau
 
 
-#: A curve as a function of the part of its length, 0 to 1. `length` is the way of X, Y and Z, or of
-#: the other axes together if that is longer; `samples` is the number of parts into which the curve
-#: must be cut to be straight within each part.
-Curve = Line | Arc
+def _space(point: Sequence[float]) -> list[float]:
+    """Return X, Y and Z; axes that do not exist are 0."""
+    return [*point[:_XYZ], *[0.0] * (_XYZ - len(point))]
 
 
 def _minus(p: Sequence[float], q: Sequence[float]) -> list[float]:

@@ -136,7 +136,7 @@ class Ports:
 
     def read(self, place: Port) -> int:
         """Return the value of an input or output."""
-        place.check(len(self.inputs))
+        self._check(place)
         area: bytes | bytearray = self.outputs if place.output else self.inputs
         if place.bank:
             area = self.banks[place.bank]
@@ -149,7 +149,7 @@ class Ports:
         """Set an output; if the value is too long, its lower bits are written."""
         if not place.output:
             raise InputError(f"{place.name} is an input of the robot", hint="outputs can be set")
-        place.check(len(self.inputs))
+        self._check(place)
         self._store(self.banks[place.bank] if place.bank else self.outputs, place, value)
 
     def set_input(self, place: Port, value: int) -> None:
@@ -166,3 +166,6 @@ class Ports:
             area[place.at] |= 1 << place.bit
         else:
             area[place.at] &= ~(1 << place.bit)
+
+    def _check(self, place: Port) -> None:
+        place.check(len(self.inputs))

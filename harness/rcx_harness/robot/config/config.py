@@ -399,13 +399,13 @@ def _loaded(file: Path, text: str) -> RobotConfig:
 
 def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
     """Return the properties in the table of a robot file, with those of its other files."""
-    programs, stored = brought(file, table)
-    if programs:
-        table["programs"] = programs
+    others = brought(file, table)
+    if others.programs:
+        table["programs"] = list(others.programs)
     try:
         table = _with_models(table)
         values = {key: read_value(RobotConfig, key, value, _TABLES) for key, value in table.items()}
-        for key, data in stored.items():
+        for key, data in others.data.items():
             values[key] = {**data, **values.get(key, {})}
         return RobotConfig(**values)
     except InputError as error:

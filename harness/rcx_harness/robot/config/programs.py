@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,20 +13,27 @@ from rcx_harness.robot.program.all_file import read_all
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["brought", "named_by"]
+__all__ = ["Brought", "brought", "named_by"]
 
 #: The key of a robot file that names a file with all data of a controller.
 _DATA_FILE = "data_file"
 
 
-def brought(
-    file: Path, table: dict[str, Any]
-) -> tuple[list[dict[str, Any]], dict[str, Mapping[Any, Any]]]:
-    """Return what the other files of a robot file bring; `data_file` is taken out of `table`.
+@dataclass(frozen=True)
+class Brought:
+    """The content of the other files of a robot file.
 
-    Returns:
-        The entries of `[[programs]]` with the texts of their files; empty: no program. Then stored
-        data by their keys of RobotConfig.
+    Attributes:
+        programs: The entries of `[[programs]]` with the texts of their files; empty: no program.
+        data: Stored data by their keys of RobotConfig.
+    """
+
+    programs: tuple[Mapping[str, Any], ...] = ()
+    data: Mapping[str, Mapping[Any, Any]] = field(default_factory=dict)
+
+
+def brought(file: Path, table: dict[str, Any]) -> Brought:
+    """Return what the other files of a robot file bring; `data_file` is taken out of `table`.
 
     Raises:
         InputError: a file cannot be read, or the first error in it.
@@ -46,7 +54,7 @@ def brought(
                 programs.append({"name": one.name, "text": one.text})
         keys = ("points", "comments", "shifts", "hands", "pallets", "variables")
         data = {key: getattr(content, key) for key in keys}
-    return programs, data
+    return Brought(tuple(programs), data)
 
 
 def named_by(file: Path) -> list[Path]:
