@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from example_runs import EXAMPLES
-from exported import example_sources, recorded, shapes, sources_of, trace_of
+from exported import example_sources, recorded, shapes, trace_of
 from plc_bench import ROOT
-from rcx_harness.cell.exports import export
+from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
 from structured_text.engines.load import build
 from structured_text.engines.matiec.build import find_matiec

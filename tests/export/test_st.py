@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from example_runs import EXAMPLES
-from exported import comments, shapes, sources_of, written
-from rcx_harness.cell.exports import export
+from exported import comments, shapes, written
+from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
 from structured_text.engines.load import build
 from structured_text.engines.matiec.build import find_matiec

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from example_runs import EXAMPLES, changes, recorded_trace
-from rcx_harness.cell.sources import default_lib, library_names
+from rcx_harness.cell.exports import sources_of
 from rcx_tools.docs.examples import Example, examples
-from structured_text.export import TARGETS, parts
+from structured_text.export import TARGETS
 from structured_text.export.output import Output, write
 from structured_text.export.parts import Sources
 from structured_text.language import syntax as s
@@ -26,11 +26,6 @@ SAMPLE = [EXAMPLES[0].folder, Path(__file__).parents[1] / "export/data/FB_Sample
 
 #: Examples with what an export can lose: arrays of structures, words, texts, a block of the user's.
 EXPORTED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "06", "12")]
-
-
-def sources_of(program: Sequence[Path] = (), **options: Any) -> Sources:
-    """Read and check the library and a user's files, as `export` writes them."""
-    return parts.sources_of(default_lib(), program, names=library_names(), **options)
 
 
 @cache

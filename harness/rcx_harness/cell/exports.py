@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rcx_harness.cell.sources import default_lib, library_names
-from structured_text.export import targets
+from structured_text.export import parts, targets
 from structured_text.export.output import Output
 
-__all__ = ["export"]
+__all__ = ["export", "sources_of"]
 
 
 def export(
@@ -31,3 +31,16 @@ def export(
     return targets.export(
         target, folder, program, only_needed=only_needed, prefix=prefix, names=names
     )
+
+
+def sources_of(
+    lib: Path | None = None,
+    program: Sequence[Path] = (),
+    *,
+    only_needed: bool = False,
+    prefix: str | None = None,
+) -> parts.Sources:
+    """Read and check the library and a user's files, as `export` writes them."""
+    folder = default_lib() if lib is None else lib
+    names = library_names(lib)
+    return parts.sources_of(folder, program, only_needed=only_needed, prefix=prefix, names=names)
