@@ -21,10 +21,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.enip import Adapter, Identity, child
+from rcx_harness.enip import child
 from rcx_harness.enip.child import be_punctual, tell
 from rcx_harness.enip.cyclic.shared import now_us
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
@@ -224,7 +225,7 @@ def _adapter(settings: dict[str, Any], size: int) -> Adapter:
         host=settings["host"],
         port=settings["port"],
         cyclic=settings["cyclic"],
-        options=AdapterOptions.from_message(settings["options"]),
+        options=AdapterOptions(**settings["options"]),
     )
 
 
