@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from rcx_harness.trace.tasks import task_text
+from rcx_harness.trace.tasks import statement_of, task_text
 from rcx_harness.trace.view.lanes import Group, Lane, Lanes
 from rcx_harness.trace.view.pack import Texts
 
 __all__ = ["Programs"]
 
 _MOST_TASKS = 64
-#: States in which a task is in a line.
-_IN_LINE = ("running", "stopped", "suspended")
 
 
 class Programs:
@@ -36,14 +34,12 @@ class Programs:
     def take(self, t_us: int, controller: int, tasks: Sequence[Mapping[str, Any]]) -> None:
         """Record the tasks of a controller from `t_us` on."""
         places, none = self._places.setdefault(controller, {}), self._none
+        programs = self._given[controller - 1] if controller <= len(self._given) else []
         shown: dict[int, int] = {}
         for task in tasks:
-            program, line, state = task["program"], task["line"], task["state"]
-            text = task_text(task)
-            if state in _IN_LINE and (statement := self._statement(controller, program, line)):
-                text += f"  {statement}"
+            text = task_text(task, statement_of(programs, task))
             shown[task["task"]] = number = self._lanes.text(text)
-            places[number] = (program, line, state)
+            places[number] = (task["program"], task["line"], task["state"])
         for task_number in shown:
             self._lane(controller, task_number, t_us)
         for (who, task_number), lane in self._tasks.items():
@@ -65,12 +61,6 @@ class Programs:
         if any(other == controller for other, _ in self._tasks):  # it joins later
             self._lanes.note(lane, t_us, self._none)
         self._tasks[controller, number] = lane
-
-    def _statement(self, controller: int, program: str, line: int) -> str:
-        """Return a line of a listing without its comment; empty if it is not known."""
-        every = self._given[controller - 1] if controller <= len(self._given) else []
-        lines = next((one["lines"] for one in every if one["name"] == program), [])
-        return _without_comment(lines[line - 1]) if 1 <= line <= len(lines) else ""
 
     def groups(self) -> Iterator[Group]:
         """Yield a group with the tasks of each controller."""
@@ -100,17 +90,6 @@ class Programs:
             for who, programs in enumerate(self._given, 1)
             if programs and who in self._places
         ]
-
-
-def _without_comment(text: str) -> str:
-    """Return a statement without the comment behind it."""
-    quoted = False
-    for k, letter in enumerate(text):
-        if letter == '"':
-            quoted = not quoted
-        elif letter == "'" and not quoted:
-            return " ".join(text[:k].split())
-    return " ".join(text.split())
 
 
 def _checked(program: Mapping[str, Any]) -> dict[str, Any]:
