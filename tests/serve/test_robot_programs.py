@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,20 +23,21 @@ _LISTING = {"name": "ECHO", "lines": _TEXT.splitlines()}
 _CONFIG = RobotConfig(programs=(RobotProgram(name="ECHO", text=_TEXT),), booted=True)
 
 
-def _inputs(bits: int, request: bool) -> bytes:
-    """Return the area with SI(00) to SI(07), and SI(20)."""
+def _inputs(bits: int, *, request: bool = False, start: bool = False) -> bytes:
+    """Return the area with SI(00) to SI(07), SI(20) and SI(12)."""
     area = bytearray(image(bits))
-    area[34] = int(request)
+    area[33], area[34] = 4 * start, int(request)
     return bytes(area)
 
 
-def _started(trace: Trace | None = None) -> ServedHost:
-    """Return a controller whose program runs and waits for SI(20)."""
-    host = ServedHost(_CONFIG, trace=trace)
-    host.network.send(_inputs(0x41, False))
-    host.run(150)
-    host.station.controller.program.main.go(host.now_us)
-    host.run(5)
+def _started(config: RobotConfig = _CONFIG, trace: Trace | None = None) -> ServedHost:
+    """Return a controller whose program was started by SI(12) 300 ms after power-on."""
+    host = ServedHost(config, trace=trace)
+    for bits in (0x01, 0x41):
+        host.network.send(_inputs(bits))
+        host.run(150)
+    host.network.send(_inputs(0x41, start=True))
+    host.run(100)
     return host
 
 
@@ -49,8 +51,8 @@ def test_the_first_report_has_the_listings_and_each_report_the_tasks() -> None:
     assert host.status.tasks == (_task(1, "ready"),)
     host.run(5)
     assert (host.status.listings, host.listings) == ((), (_LISTING,))
-    host.station.controller.program.main.go(host.now_us)
-    assert host.run(5).tasks == (_task(2),)
+    host = _started()
+    assert host.status.tasks == (_task(2),)
     host.station.happen("power_off")
     assert host.run(5).tasks == ()
 
@@ -63,11 +65,11 @@ def test_without_a_text_a_report_has_neither() -> None:
 def test_the_page_can_ask_for_both() -> None:
     client = WebClient(web.application([_started(), ServedHost()], "token"))
     try:
-        assert client.get("/token/api/robots/0/programs").json() == [_LISTING]
-        shown = client.get("/token/api/robots/0").json()
+        assert client.get("/token/api/robots/0/programs").json == [_LISTING]
+        shown = client.get("/token/api/robots/0").json
         assert (shown["programs"], shown["tasks"]) == (1, [_task(2)])
-        assert client.get("/token/api/robots/1/programs").json() == []
-        assert client.get("/token/api/robots/1").json()["programs"] == 0
+        assert client.get("/token/api/robots/1/programs").json == []
+        assert client.get("/token/api/robots/1").json["programs"] == 0
     finally:
         client.close()
 
@@ -77,7 +79,7 @@ def test_a_recording_has_the_listings_and_each_change_of_a_line(tmp_path: Path) 
     host, file = _started(), tmp_path / "r.jsonl"
     host.station.obey({"record": str(file)})
     for request in (True, False):
-        host.network.send(_inputs(0x41, request))
+        host.network.send(_inputs(0x41, request=request))
         host.run(50)
     host.station.obey({"record": None})
     header, records = read_trace(file)
@@ -87,26 +89,21 @@ def test_a_recording_has_the_listings_and_each_change_of_a_line(tmp_path: Path) 
 
 
 def test_a_trace_has_a_cycle_in_which_only_a_line_changes(tmp_path: Path) -> None:
-    """The start of the program changes no area here, because SO(13) shows another task."""
+    """Two delays of 40 ms in turn; the areas stay as they are."""
     file = tmp_path / "t.jsonl"
     head = {"by": "rcx serve", "of": "127.0.0.1", "cycle_us": 5000, "size": 48, "only": "changes"}
-    config = RobotConfig(
-        programs=(RobotProgram(name="IDLE"), RobotProgram(name="ECHO", text=_TEXT)), booted=True
-    )
-    host = ServedHost(config, trace=Trace(head, file, keep=0, programs=[[_LISTING]]))
-    host.network.send(_inputs(0x41, False))
+    text = "*AGAIN:\nDELAY 40\nDELAY 40\nGOTO *AGAIN"
+    config = RobotConfig(programs=(RobotProgram(name="ECHO", text=text),), booted=True)
+    host = _started(config, Trace(head, file, keep=0, programs=[[_LISTING]]))
     host.run(200)
-    echo = host.station.controller.program.tasks[1]
-    host.station.controller.program.register(echo, 2, 32)
-    echo.go(host.now_us)
-    host.run(50)
     host.station.finish()
-    cycles = [one for one in read_trace(file)[1] if isinstance(one, Cycle)]
-    *_, before, started, last = cycles
-    assert (before.rcx_si, before.rcx_so) == (started.rcx_si, started.rcx_so)
-    assert started.tasks is not None
-    assert started.tasks[1] == {**_task(2), "task": 2}
-    assert (started.t_us, last.t_us, last.tasks) == (200_000, host.now_us, None)
+    *cycles, last = [one for one in read_trace(file)[1] if isinstance(one, Cycle)]
+    moved = [one for one in cycles if one.tasks and one.tasks[0]["state"] == "running"]
+    assert [one.tasks for one in moved[:4]] == [(_task(2),), (_task(3),), (_task(2),), (_task(3),)]
+    times = [one.t_us for one in moved[:4]]
+    assert [later - earlier for earlier, later in pairwise(times)] == [40_000] * 3
+    assert len({(one.rcx_si, one.rcx_so) for one in moved[1:]}) == 1
+    assert (last.t_us, last.tasks) == (host.now_us, None)
 
 
 @pytest.fixture(scope="module")

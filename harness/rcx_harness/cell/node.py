@@ -10,7 +10,7 @@ from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.image import Image, owner_of_areas
 from rcx_harness.cell.link import Link, make_network
 from rcx_harness.robot import Controller, Violation
-from rcx_harness.robot.listing import listings, task_places
+from rcx_harness.robot.listing import Tasks
 from rcx_harness.robot.positions import where
 from rcx_harness.robot.shape import poses
 from rcx_harness.spec.wire import CYCLE_US
@@ -78,8 +78,7 @@ class Node:
         self._unit = positions
         self._stood: tuple[float, ...] | None = None
         self._posed: tuple[dict[str, Any], ...] = ()
-        self._has_text = bool(listings(self.robot))
-        self._placed: tuple[dict[str, Any], ...] | None = None
+        self._tasks = Tasks(self.robot)
         self._status = status_path(program, number)
         self._shown = program.reader([self._status] if self._status else [])
         self._so, self._connected = self._no_area, False
@@ -136,7 +135,8 @@ class Node:
     def restore(self, snapshot: Any) -> None:
         """Restore the state of a snapshot."""
         robot, network, wire, self.cycles, self._given = snapshot
-        self._stood, self._posed, self._placed = None, (), None
+        self._stood, self._posed = None, ()
+        self._tasks.forget()
         self.robot.restore(robot)
         self.network.restore(network)
         self.wire.restore(wire)
@@ -149,7 +149,7 @@ class Node:
             link.robot_write(so)
         network.set_adapter(robot.online)
         moved, posed = (self._moved(), self._set()) if self._unit else (None, None)
-        tasks = self._tasks() if self._has_text else None
+        tasks = self._tasks.changed()
         self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number, moved, posed, tasks))
         if robot.violations:
             self._tell(
@@ -168,11 +168,6 @@ class Node:
         before, self._posed = self._posed, tuple(poses(self.robot))
         is_new = self._posed != before and bool(before or any(self._posed))
         return self._posed if is_new else None
-
-    def _tasks(self) -> tuple[dict[str, Any], ...] | None:
-        """Return the tasks of the robot programs if they have changed; else None."""
-        before, self._placed = self._placed, task_places(self.robot)
-        return None if self._placed == before else self._placed
 
     def _tell(self, found: Iterable[Violation]) -> None:
         if self._prefix:

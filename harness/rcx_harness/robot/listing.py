@@ -7,7 +7,7 @@ from typing import Any
 
 from rcx_harness.robot.controller import Controller
 
-__all__ = ["listings", "task_places"]
+__all__ = ["Tasks", "listings", "task_places"]
 
 
 def listings(controller: Controller) -> list[dict[str, Any]]:
@@ -43,3 +43,34 @@ def task_places(controller: Controller) -> tuple[dict[str, Any], ...]:
         {"task": one.number, "program": one.program.name, "line": one.line, "state": one.state}
         for one in tasks
     )
+
+
+class Tasks:
+    """The tasks of a controller for a trace, which has them where they have changed.
+
+    They never change if no program is a text.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+        self._has_text = any(program.text for program in controller.config.programs)
+        self.forget()
+
+    def forget(self) -> None:
+        """Let the next call of `changed` return the tasks in any case."""
+        self._seen: list[Any] = []
+        self._places: tuple[dict[str, Any], ...] | None = None
+
+    def changed(self) -> tuple[dict[str, Any], ...] | None:
+        """Return where each task is if this has changed since the last call; else None."""
+        if not self._has_text:
+            return None
+        # This is called in every cycle, and usually nothing has changed.
+        programs = self._controller.program
+        seen = [programs, *((one.number, one.at, one.state) for one in programs.tasks)]
+        seen.append(self._controller.machine.powered)
+        if seen == self._seen:
+            return None
+        self._seen = seen
+        before, self._places = self._places, task_places(self._controller)
+        return None if self._places == before else self._places

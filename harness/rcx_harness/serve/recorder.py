@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.robot import Controller
-from rcx_harness.robot.listing import listings, task_places
+from rcx_harness.robot.listing import Tasks, listings
 from rcx_harness.robot.positions import axes_of, where
 from rcx_harness.robot.shape import poses, shapes
 from rcx_harness.spec.wire import CYCLE_US
@@ -35,10 +35,9 @@ class Recorder:
             keep=0,
             axes=axes_of([controller], _UNIT),
             robots=[shapes(controller)],
-            programs=[programs := listings(controller)],
+            programs=[listings(controller)],
         )
-        self._has_text = bool(programs)
-        self._placed: tuple[dict[str, Any], ...] = ()
+        self._tasks = Tasks(controller)
         self._controller, self._begin_us = controller, now_us
         self._seen: tuple[bytes, bytes] | None = None
         self._stood: tuple[float, ...] | None = None
@@ -53,14 +52,12 @@ class Recorder:
     def note(self, now_us: int, cycle: int, si: bytes, so: bytes, *, last: bool = False) -> None:
         """Record a cycle if something has changed or it is the last one."""
         stood, posed = where(self._controller, _UNIT), tuple(poses(self._controller))
-        placed = task_places(self._controller) if self._has_text else ()
-        before = (self._seen, self._stood, self._posed, self._placed)
-        if ((si, so), stood, posed, placed) == before and not last:
+        tasks, before = self._tasks.changed(), (self._seen, self._stood, self._posed)
+        if ((si, so), stood, posed) == before and tasks is None and not last:
             return
-        tasks = None if placed == self._placed else placed
         moved = None if stood == self._stood else stood
         turned = None if posed == self._posed else posed
-        self._seen, self._stood, self._posed, self._placed = (si, so), stood, posed, placed
+        self._seen, self._stood, self._posed = (si, so), stood, posed
         self._trace.add(Cycle(now_us - self._begin_us, cycle, si, so, 1, moved, turned, tasks))
         self.cycles += 1
 

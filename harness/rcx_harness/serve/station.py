@@ -12,7 +12,7 @@ from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import Image, LinkState, drops_text
 from rcx_harness.robot import EVENTS, Controller
 from rcx_harness.robot.area import input_words
-from rcx_harness.robot.listing import listings, task_places
+from rcx_harness.robot.listing import Tasks, listings, task_places
 from rcx_harness.robot.positions import where
 from rcx_harness.robot.shape import poses, shapes
 from rcx_harness.serve.network_news import NetworkJournals, NetworkNews
@@ -82,7 +82,7 @@ class Station:
         self._drawn = -1  # executed commands at the last report of the shapes
         self._listings = tuple(listings(controller))
         self._listed = False  # the listings have been reported
-        self._placed: tuple[dict[str, Any], ...] = ()
+        self._traced_tasks = Tasks(controller)
         self._images = images
         self._trace = trace
         self._cut = False
@@ -345,11 +345,11 @@ class Station:
         if self._recorder is not None and self._recorder.is_full:
             self._record(None)
         seen = (self._si, self._so)
-        if seen == self._seen and self._trace is not None and self._tasks() != self._placed:
-            self._note_cycle()
+        tasks = self._traced_tasks.changed()
+        if seen != self._seen or tasks is not None:
+            self._note_cycle(tasks)
         if seen != self._seen:
             before, self._seen = self._seen, seen
-            self._note_cycle()
             self._follow_command()
             self._note_change(before)
         for violation in self.controller.drain_violations():
@@ -365,11 +365,9 @@ class Station:
             if self._recorder is not None:
                 self._recorder.broken(replace(violation, text=text))
 
-    def _note_cycle(self) -> None:
+    def _note_cycle(self, tasks: tuple[dict[str, Any], ...] | None = None) -> None:
         if self._trace is not None:
-            areas, before = (self._si or b"", self._so), self._placed
-            self._placed = self._tasks()
-            tasks = None if self._placed == before else self._placed
+            areas = (self._si or b"", self._so)
             self._trace.add(Cycle(self.now_us, self._cycles - 1, *areas, tasks=tasks))
             self._trace.flush()
 
