@@ -65,7 +65,7 @@ def test_the_lines_are_exactly_of_the_format() -> None:
     head, first, second = trace.lines()
     assert head.endswith(
         ',"size":48,"programs":[[{"name":"PLACE","file":"PLACE.PGM","lines":["WAIT SI(20)=1  '
-        "' the PLC asks\",\"  S$=\\\"it's\\\"\",\"HALT\"]}]]}"
+        '\' the PLC asks","  S$=\\"it\'s\\"","HALT"]}]]}'
     )
     tasks = '"tasks":[{"task":1,"program":"PLACE","line":2,"state":"running"}]'
     assert first.endswith(f'"rcx_so":"{"00" * 48}",{tasks}}}')
@@ -126,8 +126,12 @@ def test_a_chart_has_a_lane_for_each_task() -> None:
     timeline = _timeline(*_RUN)
     lanes = {lane.name: lane for lane in timeline.lanes()}
     assert lanes["Task 1"].first == "PLACE ready"
-    assert lanes["Task 1"].changes == [(10_000, "PLACE:1"), (20_000, "PLACE:2"),
-                                       (30_000, "PLACE:2 stopped"), (40_000, "PLACE ended")]  # fmt: skip
+    assert lanes["Task 1"].changes == [
+        (10_000, "PLACE:1"),
+        (20_000, "PLACE:2"),
+        (30_000, "PLACE:2 stopped"),
+        (40_000, "PLACE ended"),
+    ]
     assert (lanes["Task 2"].first, lanes["Task 2"].changes) == (
         "",
         [(20_000, "LAMP:7"), (40_000, "")],

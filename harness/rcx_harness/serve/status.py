@@ -86,9 +86,9 @@ class Status:
     mm. `way` has the pulses on the way since the previous report, each behind its time [us].
     `poses` and `shapes` are those of `rcx_harness.robot.shape`; `shapes` is empty if it has not
     changed. `tasks` and `listings` are those of `rcx_harness.robot.listing`; `tasks` is empty if no
-    program is a text, and `listings` in all but the first report. `workpieces` are axis and pulses, `held` the outputs that are held or forced. `stalled`
-    names the processes of its network that stand still, `events` the events since the previous
-    report.
+    program is a text, and `listings` in all but the first report. `workpieces` are axis and pulses,
+    `held` the outputs that are held or forced. `stalled` names the processes of its network that
+    stand still, `events` the events since the previous report.
     """
 
     t_us: int = 0

@@ -40,8 +40,12 @@ class Programs:
             text = task_text(task, statement_of(programs, task))
             shown[task["task"]] = number = self._lanes.text(text)
             places[number] = (task["program"], task["line"], task["state"])
+        is_first = all(who != controller for who, _ in self._tasks)
         for task_number in shown:
-            self._lane(controller, task_number, t_us)
+            if (controller, task_number) not in self._tasks:
+                lane = self._tasks[controller, task_number] = self._new(controller, task_number)
+                if not is_first:
+                    self._lanes.note(lane, t_us, none)
         for (who, task_number), lane in self._tasks.items():
             if who == controller:
                 self._lanes.note(lane, t_us, shown.get(task_number, none))
@@ -50,17 +54,11 @@ class Programs:
     def _none(self) -> int:
         return self._lanes.text("no program")
 
-    def _lane(self, controller: int, number: int, t_us: int) -> None:
-        if (controller, number) in self._tasks:
-            return
+    def _new(self, controller: int, number: int) -> Lane:
         if len(self._tasks) >= _MOST_TASKS:
             raise ValueError("too many tasks")
-        who = f"{controller}: " if controller > 1 else ""
-        name = f"{who}Task {number}"
-        lane = self._lanes.new(name, Texts(), "task", short=f"{name}:", idle=self._none)
-        if any(other == controller for other, _ in self._tasks):  # it joins later
-            self._lanes.note(lane, t_us, self._none)
-        self._tasks[controller, number] = lane
+        name = f"{controller}: Task {number}" if controller > 1 else f"Task {number}"
+        return self._lanes.new(name, Texts(), "task", short=f"{name}:", idle=self._none)
 
     def groups(self) -> Iterator[Group]:
         """Yield a group with the tasks of each controller."""
