@@ -15,6 +15,7 @@ const LONGEST = 8e6; // pixels that a list may be high: what browsers can scroll
 const AROUND = 300_000; // shown before and behind what was found, at least [us]
 const [HIGH, LOW] = [220, 140]; // of a view of a robot, alone and above its programs [px]
 const WHILE_PLAYING = [" ", "+", "=", "-", "0", "t"]; // keys that do not end playing
+const SCROLLS = ["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", "PageUp", "PageDown", "Home", "End"]; // a listing
 const PAPER = { width: 1030, height: 590, head: 26, names: 290, scale: 3, most: 300 }; // A4 in CSS pixels
 const KINDS = {
   rule: "rules",
@@ -225,6 +226,7 @@ class Page {
     document.addEventListener("keydown", (key) => {
       if (byId("keys").open || key.ctrlKey || key.metaKey || key.altKey) return;
       const at = key.target;
+      if (at.matches(".lines") && SCROLLS.includes(key.key)) return;
       if (at === byId("search")) this.#searchKey(key);
       else if (at === byId("list") && this.#listKey(key)) key.preventDefault();
       else if (this.#key(key, at)) key.preventDefault();
