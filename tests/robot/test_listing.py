@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rcx_harness.robot import Controller, RobotConfig, RobotProgram
-from rcx_harness.robot.listing import listings, task_places
+from rcx_harness.robot.listing import Tasks, listings, task_places
 
 _TEXT = RobotProgram(name="PLACE", file="cell/PLACE.PGM", text="*AGAIN:\n  DELAY 10\nGOTO *AGAIN\n")
 _STEPS = RobotProgram(name="LAMP", steps=("DO(21)=1", "DELAY 10"))
@@ -49,6 +49,22 @@ def test_a_controller_that_is_off_has_no_tasks() -> None:
     robot.inject("power_off")
     robot.cycle(5_000, bytes(48))
     assert task_places(robot) == ()
+
+
+def test_a_trace_gets_the_tasks_first_and_where_they_change() -> None:
+    """Without a text it never gets them, so that its traces stay as they were."""
+    robot = Controller(RobotConfig(programs=(_TEXT,), booted=True))
+    tasks = Tasks(robot)
+    first = tasks.changed()
+    assert first is not None
+    assert (first[0]["state"], tasks.changed()) == ("ready", None)
+    robot.program.main.go(0)
+    second = tasks.changed()
+    assert second is not None
+    assert (second[0]["state"], tasks.changed()) == ("running", None)
+    tasks.forget()
+    assert tasks.changed() == second
+    assert Tasks(Controller(RobotConfig(programs=(_STEPS,)))).changed() is None
 
 
 def test_a_program_of_a_file_with_all_data_counts_its_own_lines(tmp_path: Path) -> None:

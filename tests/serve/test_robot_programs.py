@@ -10,16 +10,19 @@ import pytest
 
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
+from rcx_harness.cli.app import main
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.robot.listing import listings
 from rcx_harness.serve import web
 from rcx_harness.trace import Cycle, Trace, read_trace
 from served import ServedHost, image
+from view_page import PageContent
 from web_client import WebClient
 
 _FOLDER = ROOT / "tests/data/robot_programs"
 _TEXT = "*AGAIN:\nWAIT SI(20)=1\nSO(20)=1\nWAIT SI(20)=0\nSO(20)=0\nGOTO *AGAIN"
 _LISTING: dict[str, Any] = {"name": "ECHO", "lines": _TEXT.splitlines()}
+_HEAD = {"by": "rcx serve", "of": "127.0.0.1", "cycle_us": 5000, "size": 48, "only": "changes"}
 _CONFIG = RobotConfig(programs=(RobotProgram(name="ECHO", text=_TEXT),), booted=True)
 
 
@@ -89,13 +92,16 @@ def test_a_recording_has_the_listings_and_each_change_of_a_line(tmp_path: Path) 
     assert tasks == [(_task(2),), (_task(4),), (_task(2),)]
 
 
-def test_a_trace_has_a_cycle_in_which_only_a_line_changes(tmp_path: Path) -> None:
-    """Two delays of 40 ms in turn; the areas stay as they are."""
-    file = tmp_path / "t.jsonl"
-    head = {"by": "rcx serve", "of": "127.0.0.1", "cycle_us": 5000, "size": 48, "only": "changes"}
+def _in_turn(trace: Trace | None = None) -> ServedHost:
+    """Return a controller whose program has two delays of 40 ms in turn; no area changes."""
     text = "*AGAIN:\nDELAY 40\nDELAY 40\nGOTO *AGAIN"
     config = RobotConfig(programs=(RobotProgram(name="ECHO", text=text),), booted=True)
-    host = _started(config, Trace(head, file, keep=0, programs=[[_LISTING]]))
+    return _started(config, trace)
+
+
+def test_a_trace_has_the_cycles_in_which_only_a_line_changes(tmp_path: Path) -> None:
+    file = tmp_path / "t.jsonl"
+    host = _in_turn(Trace(_HEAD, file, keep=0, programs=[[_LISTING]]))
     host.run(200)
     host.station.finish()
     *cycles, last = [one for one in read_trace(file)[1] if isinstance(one, Cycle)]
@@ -105,6 +111,29 @@ def test_a_trace_has_a_cycle_in_which_only_a_line_changes(tmp_path: Path) -> Non
     assert [later - earlier for earlier, later in pairwise(times)] == [40_000] * 3
     assert len({(one.rcx_si, one.rcx_so) for one in moved[1:]}) == 1
     assert (last.t_us, last.tasks) == (host.now_us, None)
+
+
+def test_a_recording_has_the_cycles_in_which_only_a_line_changes(tmp_path: Path) -> None:
+    """200 ms have five changes of the line after the first cycle, or four."""
+    host, file = _in_turn(), tmp_path / "r.jsonl"
+    host.station.obey({"record": str(file)})
+    host.run(200)
+    host.station.obey({"record": None})
+    cycles = [one for one in read_trace(file)[1] if isinstance(one, Cycle)]
+    assert len({(one.rcx_si, one.rcx_so) for one in cycles}) == 1
+    lines = [one.tasks[0]["line"] for one in cycles if one.tasks is not None]
+    assert len(lines) in (5, 6)
+    assert all(later != earlier for earlier, later in pairwise(lines))
+
+
+def test_rcx_view_shows_the_tasks_of_a_served_controller(tmp_path: Path) -> None:
+    """The trace is judged on the way, and keeps its tasks."""
+    file = tmp_path / "t.jsonl"
+    host = _started(trace=Trace(_HEAD, file, keep=0, programs=[[_LISTING]]))
+    host.station.finish()
+    assert main(["view", str(file)]) == 0
+    page = PageContent(file.with_suffix(".html").read_text(encoding="utf-8"))
+    assert [text for _, text in page.changes("Task 1")] == ["ECHO ready", "ECHO:2 WAIT SI(20)=1"]
 
 
 @pytest.fixture(scope="module")
@@ -127,8 +156,7 @@ def test_with_the_same_inputs_a_served_controller_does_the_same_as_in_a_cell(
     """The same outputs and lines in the same cycles, once time is virtual for both."""
     file = tmp_path / "t.jsonl"
     config = RobotConfig.load(_FOLDER / "robot.toml")
-    head = {"by": "rcx serve", "of": "127.0.0.1", "cycle_us": 5000, "size": 48, "only": "changes"}
-    host = ServedHost(config, trace=Trace(head, file, keep=0))
+    host = ServedHost(config, trace=Trace(_HEAD, file, keep=0))
     assert len(listings(host.station.controller)) == 1
     assert direct[0].rcx_si == b""
     for cycle in direct[1:]:

@@ -248,8 +248,13 @@ test("a task is told with its line unless it is in none", () => {
 });
 
 test("a program is where its task is at a time, and a click leads to the next time in a line", () => {
-  const lane = curve([10, 20, 30, 40], [1, 2, 1, 3]);
-  const texts = { 0: ["PLACE", 1, "ready"], 1: ["PLACE", 4, "running"], 2: ["PLACE", 7, "running"] };
+  const lane = curve([10, 20, 25, 30, 40], [1, 2, 4, 1, 3]);
+  const texts = {
+    0: ["PLACE", 1, "ready"],
+    1: ["PLACE", 4, "running"],
+    2: ["PLACE", 7, "running"],
+    4: ["PLACE", 7, "stopped"],
+  };
   const entry = { tasks: [[1, lane]], texts };
   const at = (t) => placesAt(entry, t).get("PLACE");
   assert.deepEqual(at(5), { task: 1, line: 1, state: "ready" });
@@ -257,4 +262,5 @@ test("a program is where its task is at a time, and a click leads to the next ti
   assert.equal(at(40), undefined); // it has left the table of tasks
   const next = (line, t) => nextTime(entry, "PLACE", line, t)?.t;
   assert.deepEqual([next(4, 0), next(4, 10), next(4, 30), next(9, 0)], [10, 30, 10, undefined]);
+  assert.equal(next(7, 20), 20); // at 25 it is stopped there
 });
