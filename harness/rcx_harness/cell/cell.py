@@ -375,6 +375,10 @@ class Cell(Bench):
         """Return for each controller the size of its areas and their offsets m and n, in bytes."""
         return [(node.link.size, node.m, node.n) for node in self._nodes]
 
+    def exchanged(self) -> list[tuple[bytes, bytes]]:
+        """Return for each controller what the PLC has read and written in the last scan."""
+        return [node.exchanged for node in self._nodes]
+
     @property
     def commands(self) -> int:
         """Return the number of remote commands of which the PLC has read the end status."""

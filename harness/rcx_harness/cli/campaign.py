@@ -158,7 +158,9 @@ def write_replay(
     came = replay(cells, one, Stimulus.load(file))
     write(folder, {f"{name}.svg": came.chart})
     words = options.words()
-    if "expect" not in came.found and any(callable(p.that) for p in cells.demands.properties):
+    if "expect" not in came.found and any(
+        callable(p.that) or (not p.that and p.kind == one.kind) for p in cells.demands.properties
+    ):
         words += [f"--properties {file}" for file in options.properties or ()]
     again = {one.kind, "expect"}.intersection(came.found)
     print(f"  {command(one, words, file)}")

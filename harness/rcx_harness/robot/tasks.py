@@ -472,6 +472,7 @@ class Programs:
         for task in sorted(self.tasks, key=lambda task: task.priority):
             if task.state == "running" and not task.endless:
                 self._work(task, now_us)
+        self.ports.statement = None
 
     def next_due_us(self, now_us: int) -> int | None:
         """Return when a task or a pulse continues by itself; None if nothing is due."""
@@ -497,6 +498,8 @@ class Programs:
             if at >= len(code):
                 self._finish(task, now_us)
                 return
+            if self.ports.accesses is not None:
+                self.ports.statement = (task.program.name, code[at].line)
             try:
                 to = execute(code[at], task, self)
             except CommandError as error:
