@@ -14,7 +14,7 @@ from rcx_harness.verify.storm.cells import CellsOf
 from rcx_harness.verify.storm.sweep import Moments, Sweep, injects
 
 Captured = pytest.CaptureFixture[str]
-#: Line 11 of HANDOVER.PGM is `WAIT SI(20)=1` with the fault; the PLC waits until the robot is ready.
+#: Line 11 of HANDOVER.PGM is `WAIT SI(20)=1` with the fault; SO(21) says that the robot is ready.
 _DEADLOCK = (
     "deadlock handover: nothing has moved for 2000 ms: "
     "PLC waits for SO(21), robot program HANDOVER waits in line 11 for SI(20)=1"
@@ -50,6 +50,7 @@ def _replayed(said: str, capsys: Captured) -> str:
     return capsys.readouterr().out
 
 
+@pytest.mark.exhaustive(but=["deadlock"])
 @_both
 def test_explore_finds_a_planted_fault_and_rcx_run_shows_it(
     name: str, there: Path, capsys: Captured
@@ -82,6 +83,7 @@ def _failures(cell: Path, seed: int) -> dict[str, str]:
 _SEEDS = {"deadlock": 36, "race": 5}
 
 
+@pytest.mark.exhaustive(but=["race"])
 @_both
 def test_a_seed_of_a_campaign_shows_a_planted_fault(name: str, there: Path) -> None:
     """The same seed of the repaired cell fails with nothing."""

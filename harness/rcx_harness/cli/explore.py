@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -234,9 +234,12 @@ def _cell_settings(given: Options, report: Report) -> CellSettings:
     if given.always:
         hint = "write it as [[always]] in a file of --properties"
         raise InputError("--always does not go with --robot", hint=hint)
-    if given.no_robot:
-        raise InputError("--no-robot and --robot exclude each other")
-    options = {"robot": given.robot, "lib": given.lib, "engine": "builtin", "scan": given.scan}
+    options: dict[str, Any] = {
+        "robot": given.robot,
+        "lib": given.lib,
+        "engine": "builtin",
+        "scan": given.scan,
+    }
     options |= {"m": given.m, "n": given.n}
     options |= {"size": given.size} if given.size != SIZE else {}
     scan_us = _scan_us(given)

@@ -11,9 +11,6 @@ from hashlib import blake2b
 from typing import Any
 
 from rcx_harness.cell import Cell
-from rcx_harness.robot import RobotConfig
-from rcx_harness.robot.config import RobotProgram
-from rcx_harness.robot.program.syntax import Program
 from rcx_harness.verify.explore.relative import relative
 from rcx_harness.verify.explore.state_tables import TABLES
 from rcx_harness.verify.properties import Judge
@@ -64,19 +61,20 @@ class CellStates:
         """Return what identifies the state of the cell; states with the same key behave alike."""
         now_us = self._cell.now_us
         self._program.now = now_us * 1000
+        snapshot: Any = self._cell.snapshot()
         parts = (
             self._program.freeze(),
-            tuple(self._nodes(now_us)),
-            self._plc(),
+            tuple(self._nodes(snapshot.nodes, now_us)),
+            _of_plc(snapshot.bench.plc),
             relative(self._judge.memory(now_us), now_us),
-            self._clocks(now_us),
+            _clocks(snapshot.bench.agenda, now_us),
         )
         return blake2b(marshal.dumps(parts, _MARSHAL), digest_size=_DIGEST).digest()
 
-    def _nodes(self, now_us: int) -> Iterator[Any]:
+    def _nodes(self, nodes: Any, now_us: int) -> Iterator[Any]:
         """Yield controller, network and wire monitor of each node."""
         scan_us, timeout_us = self._cell.timing.scan_us, self._cell.timing.timeout_us
-        for robot, network, wire, _, _ in self._cell.snapshot().nodes:  # type: ignore[attr-defined]
+        for robot, network, wire, _, _ in nodes:
             (*state, _, lost_us), (last, due), images, random, _ = network
             # Longer ago than these times makes no difference; see `PacketNetwork`.
             reopens_us = -(scan_us + timeout_us)
@@ -91,15 +89,17 @@ class CellStates:
                 tuple(_of_wire(wire, now_us)),
             )
 
-    def _plc(self) -> Any:
-        """Return the memory of the monitors, and whether the PLC runs."""
-        monitors, runs, powered, _ = self._cell.plc.snapshot()  # type: ignore[misc]
-        return relative(monitors, 0), runs, powered
 
-    def _clocks(self, now_us: int) -> Any:
-        """Return when the next packet, cycle and scan come."""
-        queue, _, _ = self._cell.snapshot().bench.agenda  # type: ignore[attr-defined]
-        return tuple(sorted((t_us - now_us, int(kind), device) for t_us, kind, device, *_ in queue))
+def _of_plc(plc: Any) -> Any:
+    """Return the memory of the monitors, and whether the PLC runs."""
+    monitors, runs, powered, _ = plc
+    return relative(monitors, 0), runs, powered
+
+
+def _clocks(agenda: Any, now_us: int) -> Any:
+    """Return when the next packet, cycle and scan come."""
+    queue, _, _ = agenda
+    return tuple(sorted((t_us - now_us, int(kind), device) for t_us, kind, device, *_ in queue))
 
 
 def _of_wire(wire: Any, now_us: int) -> Iterator[Any]:
@@ -128,8 +128,6 @@ def _fixed(cell: Cell) -> Iterator[Any]:
 
 class _Pickler(pickle.Pickler):
     """Replaces fixed objects by their places."""
-
-    _types = (RobotConfig, RobotProgram, Program)
 
     def __init__(self, stream: io.BytesIO, places: dict[int, int]) -> None:
         super().__init__(stream, protocol=5)

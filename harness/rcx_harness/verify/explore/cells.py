@@ -25,7 +25,7 @@ from rcx_harness.verify.replay import replayed
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
-from structured_text.explore.search import Result, Search, World
+from structured_text.explore.search import Paths, Result, Search, World
 from structured_text.explore.shared import Stepping, shared
 from structured_text.farm import Farm
 
@@ -43,8 +43,9 @@ _EVENTS = {
     "alarm": "SO(03) ON: alarm",
 }
 _PLACE = re.compile(r"^(controller \d+: )?(plc, scan \d+|robot, cycle \d+): ")
-#: States of which a second one with the same key is stored, to check the keys.
-_TWINS = 2_000
+#: The keys are checked by pairs of states with the same key: the first so many, then each so
+#: manyth, over this number of scans. The states of so many keys are stored for that.
+_FIRST_TWINS, _FURTHER_TWINS, _COMPARED, _EARLIER = 20, 16, 3, 2_000
 
 
 class CellChoice(NamedTuple):
@@ -140,10 +141,11 @@ class _CellWorld(World[CellChoice]):
         self._faults = settings.faults
         self.every = list(_choices(self.inputs, settings.faults, len(self.cell.robots)))
         self.first_us = self._begin(cells.demands.start, settings.begin_us)
-        self._first, self._key = self._states.freeze(), self._states.key()
-        self._known: tuple[bytes, bytes] = (self._first, self._key)
-        self._twins: dict[bytes, bytes] = {}
-        self._seen: dict[bytes, int] = {}
+        self._first = self._states.freeze()
+        self._known = (self._first, self._states.key())
+        self._twins: list[tuple[bytes, bytes]] = []
+        self._earlier = {self._known[1]: self._first}
+        self._noticed = 0
 
     def _begin(self, start: Sequence[Entry], begin_us: int) -> int:
         """Run until the exploration begins; return the time of the next scan [us]."""
@@ -195,8 +197,9 @@ class _CellWorld(World[CellChoice]):
         self._states.thaw(state)
         broken = self._scan(choice)
         following = state if broken else self._states.freeze()
-        self._known = (following, b"" if broken else self._states.key())
-        self._note_twin(following)
+        if not broken:
+            self._known = (following, self._states.key())
+            self._note_twin(following)
         return following, broken
 
     def _scan(self, choice: CellChoice) -> list[str]:
@@ -216,21 +219,46 @@ class _CellWorld(World[CellChoice]):
         self._broken.append(f"property: {kind}: {text}")
 
     def _note_twin(self, state: bytes) -> None:
-        """Store a second state that has the key of an earlier one."""
-        key, digest = self._known[1], hash(state)
-        if self._seen.setdefault(key, digest) != digest and len(self._twins) < _TWINS:
-            self._twins.setdefault(key, state)
+        """Store a state that has the key of an earlier one, with that one."""
+        earlier = self._earlier.setdefault(self._known[1], state)
+        if len(self._earlier) > _EARLIER:
+            self._earlier.pop(next(iter(self._earlier)))
+        if earlier == state:
+            return
+        self._noticed += 1
+        if self._noticed <= _FIRST_TWINS or self._noticed % _FURTHER_TWINS == 0:
+            self._twins.append((earlier, state))
 
     def check(self, state: bytes, choice: CellChoice, following: bytes, random: Random) -> None:
-        """Check that another state with the same key leads to the same state by this step."""
-        wanted = self.known_as(following)
-        other = self._twins.get(self.known_as(state), state)
-        there, broken = self.step(other, choice)
-        if broken or self.known_as(there) != wanted:
+        """Check that two states with the same key behave alike, if there are two."""
+        del state, choice, following
+        if self._twins:
+            self._compare(*self._twins.pop(), random)
+
+    def look(self, result: Result, states: Paths) -> None:
+        """Check the pairs of states that are left."""
+        del result, states
+        while self._twins:
+            self._compare(*self._twins.pop(), Random(len(self._twins)))
+
+    def _compare(self, one: bytes, other: bytes, random: Random) -> None:
+        """Compare what follows some scans after two states; the first scan has a random choice."""
+        choice = random.choice(self.choices(one))
+        ways = [list(self._way(state, choice)) for state in (one, other)]
+        if ways[0] != ways[1]:
             raise InputError(
                 "the states of this cell cannot be told apart",
                 hint="please report it with the cell; nothing is said about its rules",
             )
+
+    def _way(self, state: bytes, choice: CellChoice) -> Iterator[object]:
+        """Yield the key of each following state, or the rules that are broken."""
+        self._states.thaw(state)
+        for one in (choice, *[self.every[0]] * (_COMPARED - 1)):
+            if broken := self._scan(one):
+                yield broken
+                return
+            yield self._states.key()
 
 
 def _choices(

@@ -41,16 +41,16 @@ class StableData(Declared):
         strobe: A port such as `SI(20)`, or a condition in Structured Text.
         data: Ports such as `SIW(2)`, or variables of the program.
         acknowledge: A port or a condition that ends the demand while the strobe is ON; or empty.
-        before: The data must be there this many scans before the edge.
-        after: Scans after the edge at which the demand ends in any case; 0: when the strobe is OFF.
+        scans_before: The data must be there this many scans before the edge.
+        scans_after: Scans after the edge at which the demand ends in any case; 0: when the strobe is OFF.
         controller: The controller of the ports, from 1.
     """
 
     strobe: str = ""
     data: tuple[str, ...] = ()
     acknowledge: str = ""
-    before: int = 0
-    after: int = 0
+    scans_before: int = 0
+    scans_after: int = 0
     controller: int = 1
 
     @property
@@ -131,11 +131,11 @@ class _Stable:
             said = self._changed(self._valid, data, "after", self._scans)
             self._valid = None
         self._scans += 1
-        if declared.after and self._scans > declared.after:
+        if declared.scans_after and self._scans > declared.scans_after:
             self._valid = None
         self._was = strobe
-        if declared.before:
-            self._history = (*self._history, data)[-declared.before :]
+        if declared.scans_before:
+            self._history = (*self._history, data)[-declared.scans_before :]
         return said
 
     def _changed(self, old: Sequence[Any], new: Sequence[Any], when: str, scans: int) -> str:
@@ -147,7 +147,7 @@ class _Stable:
         )
         strobe = self.declared.strobe
         if when == "before":
-            least = self.declared.before
+            least = self.declared.scans_before
             return f"{changes}: changed less than {_scans(least)} before {strobe} became ON"
         wanted = self.declared.acknowledge
         until = f", before {wanted} has acknowledged it" if wanted else ""
@@ -169,7 +169,7 @@ class _Stable:
     def memory(self, now_us: int) -> Hashable:
         """Return the memory; scans are counted only as far as they matter."""
         del now_us
-        counted = self._scans if self.declared.after and self._valid is not None else 0
+        counted = self._scans if self.declared.scans_after and self._valid is not None else 0
         return self._was, self._history, self._valid, counted
 
     def remember(self, memory: Any, now_us: int) -> None:
@@ -270,7 +270,9 @@ def stable_in(table: Mapping[str, Any], file: Path) -> list[StableData]:
                 strobe=one["strobe"],
                 data=tuple(given),
                 acknowledge=one.get("acknowledge", ""),
-                **numbers,
+                scans_before=numbers["before"],
+                scans_after=numbers["after"],
+                controller=numbers["controller"],
             )
         )
     return found
