@@ -73,6 +73,7 @@ def _found(cell: Cell, rows: Iterator[tuple[int, int, int]]) -> list[str]:
         # Changed in the scan after, not yet acknowledged.
         ("", "000 110 120", "changed 1 scan after Main.Strobe became ON, before Main.Taken has"),
         ("", "000 110 110 120", "changed 2 scans after Main.Strobe became ON"),
+        ("", "000 110 110 110 110 120", "changed 3 or more scans after Main.Strobe became ON"),
         # The acknowledge is seen in the scan of the change.
         ("", "000 110 121", ""),
         # The strobe is taken back with the change.

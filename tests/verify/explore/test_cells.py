@@ -117,15 +117,19 @@ def test_link_and_alarm_come_at_any_time_and_the_replay_shows_what_breaks(
 
 def test_a_key_that_leaves_out_too_much_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """If only the bits of the PLC count, different states are one; then nothing is judged."""
-    made: list[Cell] = []
+    cells: list[Cell] = []
     init = CellStates.__init__
 
     def noted(self: CellStates, cell: Cell, judge: Judge) -> None:
-        made.append(cell)
+        cells.append(cell)
         init(self, cell, judge)
 
+    def key(self: CellStates) -> bytes:
+        return cells[-1].exchanged()[0][1][32:36]
+
     monkeypatch.setattr(CellStates, "__init__", noted)
-    monkeypatch.setattr(CellStates, "key", lambda self: made[-1].exchanged()[0][1][32:36])
+    monkeypatch.setattr(CellStates, "key", key)
+    monkeypatch.setattr(CellStates, "freeze_with_key", lambda self: (self.freeze(), key(self)))
     with pytest.raises(InputError, match="cannot be told apart"):
         explore_cell(_settings(inputs={"Main.Cancel": []}))
 
@@ -165,6 +169,36 @@ def test_a_deadlock_needs_the_program_of_a_robot(tmp_path: Path, capsys: Capture
     words = [str(_CELL / "Handover.st"), "--out", str(tmp_path), *properties]
     assert main(["explore", *words]) == 2
     assert "a deadlock is between the PLC and the program of a robot" in capsys.readouterr().err
+
+
+def test_the_small_controller_of_an_exploration_knows_the_ports_of_a_property(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    """With Button the PLC sets SI(20), and in the scan after SIW(2)."""
+    monkeypatch.chdir(tmp_path)
+    Path("Late.st").write_text(
+        """PROGRAM Late
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Button, Before : BOOL;
+  END_VAR
+  OutputArea[34] := SEL(Button, BYTE#0, BYTE#1);
+  OutputArea[4] := SEL(Before, BYTE#0, BYTE#7);
+  Before := Button;
+END_PROGRAM
+""",
+        encoding="utf-8",
+    )
+    Path("stable.toml").write_text(
+        '[[stable]]\nname = "late"\nstrobe = "SI(20)"\ndata = "SIW(2)"\n', encoding="utf-8"
+    )
+    words = ["Late.st", "--input", "Main.Button", "--properties", "stable.toml"]
+    assert main(["explore", *words, "--faults", "none"]) == 1
+    said = capsys.readouterr().out
+    assert (
+        "property: stable late: SIW(2) from 0 to 7: changed 1 scan after SI(20) became ON" in said
+    )
+    assert "scan 2: Main.Button := true\n  scan 3: nothing\n" in said
 
 
 def test_proving_takes_no_robot_file(capsys: Captured) -> None:

@@ -41,10 +41,22 @@ class CellStates:
 
     def freeze(self) -> bytes:
         """Return the state of the cell."""
+        return self._frozen(self._cell.snapshot())
+
+    def key(self) -> bytes:
+        """Return what identifies the state of the cell; states with the same key behave alike."""
+        return self._key(self._cell.snapshot())
+
+    def freeze_with_key(self) -> tuple[bytes, bytes]:
+        """Return the state of the cell, and its key."""
+        snapshot = self._cell.snapshot()
+        return self._frozen(snapshot), self._key(snapshot)
+
+    def _frozen(self, snapshot: object) -> bytes:
         stream = io.BytesIO()
         pickler = _Pickler(stream, self._places)
         try:
-            pickler.dump((self._cell.snapshot(), self._judge.snapshot()))
+            pickler.dump((snapshot, self._judge.snapshot()))
         except (TypeError, AttributeError, pickle.PicklingError) as error:
             text = f"a state of this cell cannot be stored: {error}"
             raise InputError(text, hint="please report it with the cell") from None
@@ -57,11 +69,9 @@ class CellStates:
         self._cell.restore(cell)
         self._judge.restore(judge)
 
-    def key(self) -> bytes:
-        """Return what identifies the state of the cell; states with the same key behave alike."""
+    def _key(self, snapshot: Any) -> bytes:
         now_us = self._cell.now_us
         self._program.now = now_us * 1000
-        snapshot: Any = self._cell.snapshot()
         parts = (
             self._program.freeze(),
             tuple(self._nodes(snapshot.nodes, now_us)),

@@ -141,8 +141,8 @@ class _CellWorld(World[CellChoice]):
         self._faults = settings.faults
         self.every = list(_choices(self.inputs, settings.faults, len(self.cell.robots)))
         self.first_us = self._begin(cells.demands.start, settings.begin_us)
-        self._first = self._states.freeze()
-        self._known = (self._first, self._states.key())
+        self._known = self._states.freeze_with_key()
+        self._first = self._known[0]
         self._twins: list[tuple[bytes, bytes]] = []
         self._earlier = {self._known[1]: self._first}
         self._noticed = 0
@@ -196,11 +196,11 @@ class _CellWorld(World[CellChoice]):
         """Run one scan, and return the following state and the broken rules."""
         self._states.thaw(state)
         broken = self._scan(choice)
-        following = state if broken else self._states.freeze()
-        if not broken:
-            self._known = (following, self._states.key())
-            self._note_twin(following)
-        return following, broken
+        if broken:
+            return state, broken
+        self._known = self._states.freeze_with_key()
+        self._note_twin(self._known[0])
+        return self._known[0], broken
 
     def _scan(self, choice: CellChoice) -> list[str]:
         cell, self._broken = self.cell, []

@@ -31,6 +31,8 @@ __all__ = ["StableData", "stable_in"]
 
 _KEYS = ("name", "strobe", "data", "acknowledge", "before", "after", "controller")
 _MOST_SCANS = 10_000
+#: A message does not count further than this.
+_SEVERAL = 3
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class StableData(Declared):
         data: Ports such as `SIW(2)`, or variables of the program.
         acknowledge: A port or a condition that ends the demand while the strobe is ON; or empty.
         scans_before: The data must be there this many scans before the edge.
-        scans_after: Scans after the edge at which the demand ends in any case; 0: when the strobe is OFF.
+        scans_after: The demand ends this many scans after the edge; 0: with the strobe.
         controller: The controller of the ports, from 1.
     """
 
@@ -151,7 +153,7 @@ class _Stable:
             return f"{changes}: changed less than {_scans(least)} before {strobe} became ON"
         wanted = self.declared.acknowledge
         until = f", before {wanted} has acknowledged it" if wanted else ""
-        return f"{changes}: changed {_scans(scans)} after {strobe} became ON{until}"
+        return f"{changes}: changed {_few_scans(scans)} after {strobe} became ON{until}"
 
     def told(self, program: Program) -> str:
         """Return which data have changed, and when."""
@@ -167,9 +169,11 @@ class _Stable:
         self._was, self._history, self._valid, self._scans = snapshot
 
     def memory(self, now_us: int) -> Hashable:
-        """Return the memory; scans are counted only as far as they matter."""
+        """Return the memory; scans are counted only as far as a message or `after` needs them."""
         del now_us
-        counted = self._scans if self.declared.scans_after and self._valid is not None else 0
+        counted = 0
+        if self._valid is not None:
+            counted = self._scans if self.declared.scans_after else min(self._scans, _SEVERAL)
         return self._was, self._history, self._valid, counted
 
     def remember(self, memory: Any, now_us: int) -> None:
@@ -233,6 +237,10 @@ class _Statements:
 
 def _scans(count: int) -> str:
     return "1 scan" if count == 1 else f"{count} scans"
+
+
+def _few_scans(count: int) -> str:
+    return _scans(count) if count < _SEVERAL else f"{_SEVERAL} or more scans"
 
 
 def stable_in(table: Mapping[str, Any], file: Path) -> list[StableData]:
