@@ -47,7 +47,10 @@ def prove(
     no_robot: Annotated[
         bool, typer.Option("--no-robot", help="The program alone: no areas, no controller.")
     ] = False,
-    robot: Annotated[list[Path] | None, typer.Option(hidden=True)] = None,
+    robot: Annotated[
+        list[Path] | None,
+        typer.Option(help="Not taken: a proof holds for every answer of the robot."),
+    ] = None,
     json_file: JsonFile = None,
 ) -> None:
     """Prove a program: in every run, with every answer of the robot and every input.

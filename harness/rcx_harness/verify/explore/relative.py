@@ -32,7 +32,7 @@ _DROPPED: dict[type, frozenset[str]] = {
     DedicatedInputs: frozenset({"_last_change"}),
     Machine: frozenset({"rng"}),
     Ports: frozenset({"accesses", "statement"}),
-    Programs: frozenset({"errors", "_machine"}),
+    Programs: frozenset({"errors", "observers", "_machine"}),
 }
 #: Names of attributes with an absolute time that have no later effect.
 _NO_EFFECT = frozenset({"now_us", "t_us", "executed"})
