@@ -94,6 +94,18 @@ def test_a_seed_of_a_campaign_shows_a_planted_fault(name: str, there: Path) -> N
     assert _failures(planted(there / "good", home=HANDSHAKES), _SEEDS[name]) == {}
 
 
+def test_a_campaign_names_the_lines_that_no_seed_has_reached(there: Path, capsys: Captured) -> None:
+    """Seed 5 runs the whole loop; the new subroutine in lines 14 to 16 is not called."""
+    cell = planted(there, home=HANDSHAKES)
+    program = cell / "HANDOVER.PGM"
+    text = program.read_text(encoding="utf-8")
+    program.write_text(text + "*NEVER:\n  SO(22)=1\nRETURN\n", encoding="utf-8")
+    for _ in range(2):  # the second call reads the results of the first
+        assert _campaign(cell, "--seeds", "1", "--seed-from", "5") == 0
+        said = capsys.readouterr().out
+        assert "\nrobot program HANDOVER: lines 15 to 16 not reached\n" in said
+
+
 @pytest.mark.exhaustive
 @_both
 def test_a_campaign_finds_a_planted_fault_and_rcx_run_shows_it(

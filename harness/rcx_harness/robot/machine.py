@@ -28,6 +28,9 @@ class Machine:
 
     `si00`, `si06` and `si10` are the input levels that the controller has recognised. `link` is the
     state of the connection: `none` since power-on, `normal`, or `lost` in operation.
+
+    `reached` has the lines that robot programs have executed, with their names; None: they are not
+    recorded.
     """
 
     def __init__(self, config: RobotConfig, seed: int, perform: Perform) -> None:
@@ -36,6 +39,7 @@ class Machine:
         self.config = config
         self.rng = random.Random(seed)
         self.now_us = 0
+        self.reached: set[tuple[str, int]] | None = None
         self.alarms = AlarmList(config.alarm_history_length)
         self.memory = Memory(config)
         self.points: dict[int, Point] = self.memory.points

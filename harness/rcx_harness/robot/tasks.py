@@ -75,6 +75,7 @@ class Surroundings(Protocol):
     positions: list[int]
     alarms: AlarmList
     perform: Perform
+    reached: set[tuple[str, int]] | None
 
     def arm(self, robot: int) -> Arm:
         """Return a robot by its number, 1 to 4."""
@@ -500,6 +501,8 @@ class Programs:
                 return
             if self.ports.accesses is not None:
                 self.ports.statement = (task.program.name, code[at].line)
+            if self._machine.reached is not None:
+                self._machine.reached.add((task.program.name, code[at].line))
             try:
                 to = execute(code[at], task, self)
             except CommandError as error:

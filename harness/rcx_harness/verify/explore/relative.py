@@ -30,7 +30,7 @@ __all__ = ["relative"]
 _DROPPED: dict[type, frozenset[str]] = {
     AlarmList: frozenset({"history"}),
     DedicatedInputs: frozenset({"_last_change"}),
-    Machine: frozenset({"rng"}),
+    Machine: frozenset({"rng", "reached"}),
     Ports: frozenset({"accesses", "statement"}),
     Programs: frozenset({"errors", "observers", "_machine"}),
 }
