@@ -103,7 +103,12 @@ def campaign(options: CampaignOptions) -> None:
     seeds = range(options.seed_from, options.seed_from + options.seeds)
     try:
         for seed, result in storms(farm, work, seeds, kept):
-            total = Seed({}, *(map(sum, zip(total[1:4], result[1:4], strict=True))))
+            total = Seed(
+                {},
+                total.virtual_us + result.virtual_us,
+                total.scans + result.scans,
+                total.acts + result.acts,
+            )
             reached.update(result.lines)
             for kind, (t_us, _) in result.failures.items():
                 failing.setdefault(kind, []).append((t_us, seed))

@@ -140,6 +140,16 @@ def test_a_run_that_goes_on_when_the_exploration_begins_is_refused() -> None:
         explore_cell(settings)
 
 
+def test_a_robot_program_that_reads_the_time_is_refused(tmp_path: Path, capsys: Captured) -> None:
+    """TCOUNTER counts the milliseconds since power-on."""
+    (tmp_path / "CLOCK.PGM").write_text("SO(20)=0\nN=TCOUNTER\n", encoding="utf-8")
+    robot = tmp_path / "robot.toml"
+    robot.write_text('[[programs]]\nfile = "CLOCK.PGM"\n', encoding="utf-8")
+    words = [str(_CELL / "Handover.st"), "--robot", str(robot), "--out", str(tmp_path)]
+    assert main(["explore", *words]) == 2
+    assert "robot program CLOCK reads the time in line 2" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

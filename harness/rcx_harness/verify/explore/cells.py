@@ -132,6 +132,7 @@ class _CellWorld(World[CellChoice]):
         if not isinstance(program, BuiltinProgram):
             raise InputError("cells are explored on the built-in engine")
         refuse(program.module.project)
+        _refuse_clocks(self.cell)
         self._broken: list[str] = []
         self.inputs = {
             path: list(values_of(program, path, texts)) for path, texts in settings.inputs.items()
@@ -259,6 +260,20 @@ class _CellWorld(World[CellChoice]):
                 yield broken
                 return
             yield self._states.key()
+
+
+def _refuse_clocks(cell: Cell) -> None:
+    """Raise InputError if a robot program reads the time: its states never recur."""
+    for robot in cell.robots:
+        for task in robot.program.tasks:
+            for one in task.code.code:
+                if any("TCOUNTER" in node.args for node in one.nodes()):
+                    name = task.program.name
+                    raise InputError(
+                        f"robot program {name} reads the time in line {one.line}, which never "
+                        "comes back to where it was",
+                        hint="measure with DELAY, or with the time limit of WAIT",
+                    )
 
 
 def _choices(
