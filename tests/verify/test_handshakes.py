@@ -221,11 +221,39 @@ def test_two_bits_that_the_plc_waits_for_are_told_together(folder: Path) -> None
     program = "SO(20)=1\nSO(21)=0\nWAIT SI(20)=1\nSO(20)=0\nSO(21)=1"
     with _started(_cell(folder, _STILL, program)) as cell:
         cell.run("200ms")
-        before = cell.program.snapshot()
+        before = cell["Main.OutputArea[35]"], cell["Main.InputArea[34]"]
         assert waits(cell) == (
             "PLC waits for SO(20) OFF and SO(21), robot program MAIN waits in line 3 for SI(20)=1"
         )
-        cell.program.restore(before)
+        assert (cell["Main.OutputArea[35]"], cell["Main.InputArea[34]"]) == before
+
+
+_IN_A_BRANCH = """PROGRAM Wire
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Always : BOOL := TRUE;
+    Robot : RCX_REF;
+    ReadArea : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+  END_VAR
+  IF Always THEN
+    ReadArea(Robot := Robot, Image := InputArea, Connected := TRUE);
+  END_IF;
+  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""
+
+
+def test_the_trial_of_the_plc_counts_for_no_other_rule(folder: Path) -> None:
+    """The calls of a block in a branch are counted at run time; those of the trial are not."""
+    (folder / "Wire.st").write_text(_IN_A_BRANCH, encoding="utf-8")
+    with _cell(folder, _STILL, "WAIT SI(20)=1\nSO(21)=1") as cell:
+        cell.run("2s")
+        for task in cell.robot.program.tasks:
+            task.go(cell.now_us)
+        cell.robot.write_port("SO(77)", 0)
+        cell.run("1s")
+        assert [one.rule for one in cell.violations] == ["property"]
 
 
 @pytest.mark.parametrize(

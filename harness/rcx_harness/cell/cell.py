@@ -120,6 +120,7 @@ class Cell(Bench):
         ]
         axes = axes_of(self.robots, positions)
         drawn = [shapes(one) for one in self.robots] if axes else ()
+        self._calls = CallMonitor(program, calls or CallPlan({}, {}))
         super().__init__(
             program,
             timing.scan_us,
@@ -128,7 +129,7 @@ class Cell(Bench):
             plc=Plc(
                 program,
                 retained,
-                (ContractMonitor(program, steady), CallMonitor(program, calls or CallPlan({}, {}))),
+                (ContractMonitor(program, steady), self._calls),
             ),
             first_us=timing.phases[-1],
             notice=notice,
@@ -399,6 +400,16 @@ class Cell(Bench):
         finally:
             for robot, state in zip(self.robots, before, strict=True):
                 robot.restore(state)
+
+    @contextmanager
+    def trial_of_program(self) -> Iterator[None]:
+        """Undo at the end of the context all scans of the program that are run inside it."""
+        before = self.program.snapshot()
+        with self._calls.apart():
+            try:
+                yield
+            finally:
+                self.program.restore(before)
 
     def ends_scan(self, record: object) -> bool:
         """Return whether a record of the trace is the first record of a scan."""

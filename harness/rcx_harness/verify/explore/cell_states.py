@@ -102,8 +102,9 @@ class CellStates:
 
 def _of_plc(plc: Any) -> Any:
     """Return the memory of the monitors, and whether the PLC runs."""
-    monitors, runs, powered, _ = plc
-    return relative(monitors, 0), runs, powered
+    (contract, (_, faults)), runs, powered, _ = plc
+    # Which block was last called for which robot makes no difference: there is one robot.
+    return relative((contract, faults), 0), runs, powered
 
 
 def _clocks(agenda: Any, now_us: int) -> Any:

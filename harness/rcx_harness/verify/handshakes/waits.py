@@ -62,25 +62,24 @@ def plc_waits(cell: Cell) -> list[str]:
 
     If no single bit would, pairs of bits are tried.
     """
-    trial = _Trial(cell)
     bits = [
         (number, bit)
         for number, robot in enumerate(cell.robots)
         for bit in _output_bits(robot.program.tasks)
     ]
-    try:
-        single = [trial.words((one,)) for one in bits if trial.reacts((one,))]
-        if single or len(bits) > _MOST_IN_PAIRS:
-            return single
-        return [trial.words(pair) for pair in combinations(bits, 2) if trial.reacts(pair)]
-    except InputError:  # the trial stops the PLC, so it says nothing
-        return []
-    finally:
-        trial.undo()
+    with cell.trial_of_program():
+        try:
+            trial = _Trial(cell)
+            single = [trial.words((one,)) for one in bits if trial.reacts((one,))]
+            if single or len(bits) > _MOST_IN_PAIRS:
+                return single
+            return [trial.words(pair) for pair in combinations(bits, 2) if trial.reacts(pair)]
+        except InputError:  # the trial stops the PLC, so it says nothing
+            return []
 
 
 class _Trial:
-    """Scans of the PLC's program with other bits from the robots; no time passes in the cell."""
+    """Scans of the PLC's program with other bits from the robots, inside `trial_of_program`."""
 
     def __init__(self, cell: Cell) -> None:
         self._cell = cell
@@ -89,10 +88,6 @@ class _Trial:
         scans = max(_LEAST, min(_MOST, _REACTS_US // cell.timing.scan_us))
         self._times = [cell.now_us + k * cell.timing.scan_us for k in range(1, scans + 1)]
         self._unchanged = list(self._outputs(self._areas))
-
-    def undo(self) -> None:
-        """Restore the program."""
-        self._cell.program.restore(self._before)
 
     def reacts(self, bits: Sequence[_Bit]) -> bool:
         """Return whether the PLC's outputs become others if these bits are inverted."""
