@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rcx_harness.cell.build import Areas, Robots, make_agenda, make_members, several
 from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.counted_programs import count_programs
 from rcx_harness.cell.image import Image, find_image
 from rcx_harness.cell.link import Link, Network, PacketNetwork
 from rcx_harness.cell.node import Member, Node
@@ -245,6 +246,7 @@ class Cell(Bench):
             raise
         first, *further = members
         try:
+            count_programs([member.robot for member in members])
             return cls(
                 through(compiled.program),
                 first.robot,

@@ -20,6 +20,7 @@ from rcx_harness.robot.ports import Port, Ports
 from rcx_harness.robot.program.code import program_code
 from rcx_harness.robot.program.execution import NEXT, STAY, Frame, Order, Statement, execute
 from rcx_harness.robot.program.motion import Request
+from rcx_harness.robot.program.observing import Observers
 from rcx_harness.robot.program.syntax import Program
 from rcx_harness.robot.program.values import Value
 
@@ -75,7 +76,6 @@ class Surroundings(Protocol):
     positions: list[int]
     alarms: AlarmList
     perform: Perform
-    reached: set[tuple[str, int]] | None
 
     def arm(self, robot: int) -> Arm:
         """Return a robot by its number, 1 to 4."""
@@ -94,6 +94,7 @@ class RobotTask:
         priority: 1 (first in each cycle) to 64.
         temporary: A program has registered it; it leaves the table at its end or reset.
         variables: Its variables by name; elements of arrays as `A%(3)`.
+        begun: Position of the instruction that has begun and not ended; -1: none.
     """
 
     def __init__(self, program: RobotProgram, variables: dict[str, Value], plain: str) -> None:
@@ -110,6 +111,7 @@ class RobotTask:
     def rewind(self) -> None:
         """Go back to the first instruction; the program's own variables have no value again."""
         self.at = 0
+        self.begun = -1
         self.elapsed_us = 0
         self.until_us: int | None = None
         """The end of the wait under way, counted as `elapsed_us`; None without an end."""
@@ -136,6 +138,21 @@ class RobotTask:
     def line(self) -> int:
         """Return the line that is executed, from 1."""
         return self.code.line(self.at)
+
+    @property
+    def stack(self) -> list[tuple[str, int]]:
+        """Return the subroutines that have not returned and the current line of each.
+
+        The innermost is first; the last is the program. Labels have their asterisk.
+        """
+        names = [self.program.name, *(self._called(frame) for frame in self.frames)]
+        lines = [*(self.code.line(frame.back - 1) for frame in self.frames), self.line]
+        return list(zip(names, lines, strict=True))[::-1]
+
+    def _called(self, frame: Frame) -> str:
+        """Return the name of the subroutine of a call."""
+        call = self.code.code[frame.back - 1]
+        return str(call.args[0]) if call.kind in ("call", "gosub") else "GOSUB"
 
     @property
     def endless(self) -> bool:
@@ -202,6 +219,7 @@ class RobotTask:
     def skip(self) -> None:
         """Skip the current line."""
         self.until_us, self.waits, self.execution = None, False, None
+        self.begun = -1
         self.state = "stopped"
         self.at = self.code.behind(self.line)
         self.come_round()
@@ -257,13 +275,15 @@ class Programs:
         is_reset: The program has been reset and not started since: SO(14).
         variables: The variables of the programs that are steps of the robot file, by name.
         errors: The errors that have stopped a program since power-on.
+        observers: Informed of each instruction.
     """
 
-    def __init__(self, machine: Surroundings) -> None:
+    def __init__(self, machine: Surroundings, observers: Observers | None = None) -> None:
         self._machine = machine
         self.config = config = machine.config
         self.variables: dict[str, Value] = {}
         self.errors: list[ProgramError] = []
+        self.observers = Observers() if observers is None else observers
         plain = config.plain_variables
         self.tasks = [RobotTask(program, self.variables, plain) for program in config.programs]
         self.tasks[0].number = TASKS[0]
@@ -501,8 +521,10 @@ class Programs:
                 return
             if self.ports.accesses is not None:
                 self.ports.statement = (task.program.name, code[at].line)
-            if self._machine.reached is not None:
-                self._machine.reached.add((task.program.name, code[at].line))
+            if task.begun != at:
+                task.begun = at
+                for observer in self.observers:
+                    observer.begins(task, at)
             try:
                 to = execute(code[at], task, self)
             except CommandError as error:
@@ -512,6 +534,9 @@ class Programs:
                 to = self._failed(task, error.number)
             if task.state in ("ended", "ready") or to == STAY:
                 return
+            task.begun = -1
+            for observer in self.observers:
+                observer.ends(task, at, to)
             task.at = at + 1 if to == NEXT else to
             if task.state != "running":  # by its own SUSPEND or HOLD: it continues behind that line
                 return

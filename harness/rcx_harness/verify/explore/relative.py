@@ -30,7 +30,7 @@ __all__ = ["relative"]
 _DROPPED: dict[type, frozenset[str]] = {
     AlarmList: frozenset({"history"}),
     DedicatedInputs: frozenset({"_last_change"}),
-    Machine: frozenset({"rng", "reached"}),
+    Machine: frozenset({"rng", "_observers"}),
     Ports: frozenset({"accesses", "statement"}),
     Programs: frozenset({"errors", "observers", "_machine"}),
 }

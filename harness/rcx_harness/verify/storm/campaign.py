@@ -11,7 +11,7 @@ from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import RECOVERY, Course
 from rcx_harness.verify.storm.draw import draw_storms
 from rcx_harness.verify.storm.moments import moments
-from rcx_harness.verify.storm.reached import Line, follow_lines, reached_lines
+from rcx_harness.verify.storm.reached import Line, Reached
 from rcx_harness.verify.storm.replay import Replay, replay_of
 from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
@@ -104,7 +104,7 @@ class _Worker:
 
     def _seed(self, seed: int) -> Seed:
         course = self._course(seed, "")
-        follow_lines(course.cell)
+        reached = Reached(course.cell)
         storms = self._storms(seed, course)
         try:
             course.of(storms)
@@ -112,7 +112,7 @@ class _Worker:
             course.failures.setdefault(failure.kind, failure)
         failures = {one.kind: (one.t_us, one.text) for one in course.failures.values()}
         cell, acts = course.cell, sum(len(one.acts) for one in storms)
-        return Seed(failures, cell.now_us, cell.scans, acts, reached_lines(cell))
+        return Seed(failures, cell.now_us, cell.scans, acts, reached.lines)
 
     def _explained(self, item: Unexplained) -> Explained:
         seed, *others = item.seeds

@@ -5,31 +5,43 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from rcx_harness.cell import Cell
+from rcx_harness.robot.program.syntax import SILENT
+from rcx_harness.robot.tasks import RobotTask
 from rcx_harness.verify.storm.sweep import ranges
 
-__all__ = ["Line", "follow_lines", "reached_lines", "unreached_lines"]
+__all__ = ["Line", "Reached", "unreached_lines"]
 
 #: Number of the controller, name of the program, and line.
 Line = tuple[int, str, int]
-#: Kinds of instructions that are no statement of their own.
-_SILENT = ("label", "declare", "jump", "leave")
 
 
-def follow_lines(cell: Cell) -> None:
-    """Record from now on which lines of robot programs are reached."""
-    for robot in cell.robots:
-        robot.machine.reached = set()
+class Reached:
+    """An observer of all robot programs of a cell: it remembers the lines that they reach."""
+
+    def __init__(self, cell: Cell) -> None:
+        self._cell = cell
+        self._found: set[Line] = set()
+        for number, robot in enumerate(cell.robots, 1):
+            robot.program.observers.append(_Observer(number, self._found))
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """Return the lines, of programs that are texts."""
+        return tuple(sorted(self._found.intersection(_lines(self._cell))))
 
 
-def reached_lines(cell: Cell) -> tuple[Line, ...]:
-    """Return the lines that have been reached since `follow_lines`, of programs that are texts."""
-    texts = set(_lines(cell))
-    found = {
-        (number, *one)
-        for number, robot in enumerate(cell.robots, 1)
-        for one in robot.machine.reached or ()
-    }
-    return tuple(sorted(found & texts))
+class _Observer:
+    """Informs a `Reached` of the instructions of one controller."""
+
+    def __init__(self, number: int, found: set[Line]) -> None:
+        self._number, self._found = number, found
+
+    def begins(self, task: RobotTask, at: int) -> None:
+        """Take notice of an instruction."""
+        self._found.add((self._number, task.program.name, task.code.line(at)))
+
+    def ends(self, task: RobotTask, at: int, to: int) -> None:
+        """Do nothing: its line was reached as it began."""
 
 
 def unreached_lines(cell: Cell, reached: Collection[Line]) -> Iterator[str]:
@@ -49,5 +61,5 @@ def _lines(cell: Cell) -> Iterator[Line]:
     for number, robot in enumerate(cell.robots, 1):
         for task in robot.program.tasks:
             for one in task.code.code if task.program.text else ():
-                if one.kind not in _SILENT:
+                if one.kind not in SILENT:
                     yield number, task.program.name, one.line
