@@ -134,6 +134,10 @@ def _started(cell: Cell) -> Cell:
             "N%=SIW(2)\nWAIT SI(20)=1",
             "robot program MAIN reads SIW(2) in line 1 while SI(20) is OFF",
         ),
+        (  # in each round of the loop, and reported once
+            "*L:\nN%=SIW(2)\nIF SI(20)=0 THEN GOTO *L",
+            "robot program MAIN reads SIW(2) in line 2 while SI(20) is OFF",
+        ),
     ],
 )
 def test_the_robot_reads_the_data_while_the_strobe_is_on(

@@ -109,12 +109,17 @@ class _Stable:
         self._history: tuple[tuple[Any, ...], ...] = ()
         self._valid: tuple[Any, ...] | None = None
         self._scans = 0
+        self._reported: frozenset[str] = frozenset()
 
     def scan(self, now_us: int) -> bool:
         """Evaluate a scan, and return whether the data have changed where they must not."""
         del now_us
-        self._said = self._statements.broken() or self._judged()
-        return bool(self._said)
+        told = [self._judged(), *self._statements.broken()]
+        # A statement that is repeated is reported once, or a loop would report it in each scan.
+        new = [one for one in told if one and one not in self._reported]
+        self._reported |= {one for one in new if one != told[0]}
+        self._said = "; ".join(new)
+        return bool(new)
 
     def _judged(self) -> str:
         declared = self.declared
@@ -162,11 +167,11 @@ class _Stable:
 
     def snapshot(self) -> object:
         """Return the memory of the property."""
-        return self._was, self._history, self._valid, self._scans
+        return self._was, self._history, self._valid, self._scans, self._reported
 
     def restore(self, snapshot: Any) -> None:
         """Restore a state that `snapshot` returned."""
-        self._was, self._history, self._valid, self._scans = snapshot
+        self._was, self._history, self._valid, self._scans, self._reported = snapshot
 
     def memory(self, now_us: int) -> Hashable:
         """Return the memory; scans are counted only as far as a message or `after` needs them."""
@@ -174,7 +179,7 @@ class _Stable:
         counted = 0
         if self._valid is not None:
             counted = self._scans if self.declared.scans_after else min(self._scans, _SEVERAL)
-        return self._was, self._history, self._valid, counted
+        return self._was, self._history, self._valid, counted, self._reported
 
     def remember(self, memory: Any, now_us: int) -> None:
         """Restore a state that `memory` returned."""
@@ -206,12 +211,12 @@ class _Statements:
         ports: Ports = self._robots[self._declared.controller - 1].machine.ports
         return ports
 
-    def broken(self) -> str:
-        """Return which statement since the last scan broke the demand; empty: none."""
+    def broken(self) -> list[str]:
+        """Return in words which statements since the last scan broke the demand."""
         if self._strobe is None or not self._robots or not self._data:
-            return ""
+            return []
         recorded = self._ports().accesses or []
-        return next(filter(None, map(self._judged, recorded)), "")
+        return list(dict.fromkeys(filter(None, map(self._judged, recorded))))
 
     def _judged(self, access: Access) -> str:
         strobe = self._strobe
