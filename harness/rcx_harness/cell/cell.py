@@ -20,6 +20,7 @@ from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import befall, check
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller
+from rcx_harness.robot.listing import listings
 from rcx_harness.robot.positions import axes_of
 from rcx_harness.robot.shape import shapes
 from rcx_harness.spec.wire import CYCLE_US
@@ -126,7 +127,15 @@ class Cell(Bench):
             program,
             timing.scan_us,
             watched=watched,
-            trace=Trace(header, trace, keep=keep, watched=watched.types, axes=axes, robots=drawn),
+            trace=Trace(
+                header,
+                trace,
+                keep=keep,
+                watched=watched.types,
+                axes=axes,
+                robots=drawn,
+                programs=[listings(one) for one in self.robots],
+            ),
             plc=Plc(
                 program,
                 retained,
