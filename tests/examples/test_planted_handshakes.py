@@ -130,7 +130,16 @@ def test_a_campaign_and_a_sweep_of_the_repaired_cell_find_nothing(
     """All faults, also in the middle of the robot program: 30 storms, 3 faults at each 3rd scan."""
     cell = planted(there, home=HANDSHAKES)
     assert _campaign(cell, "--seeds", "30") == 0, capsys.readouterr().out
-    words = ["--stimulus", str(cell / "stimulus.toml"), "--for", "3s", "--every", "3", "--out", "swept"]
+    words = [
+        "--stimulus",
+        str(cell / "stimulus.toml"),
+        "--for",
+        "3s",
+        "--every",
+        "3",
+        "--out",
+        "swept",
+    ]
     assert _campaign(cell, *words, command="sweep") == 0, capsys.readouterr().out
 
 
