@@ -111,6 +111,11 @@ class Node:
         if found := self.wire.scan(now, scan, self._so, si, self._connected):
             self._tell(found)
 
+    @property
+    def exchanged(self) -> tuple[bytes, bytes]:
+        """Return what the PLC has read, and what it has written, in the last scan."""
+        return self._so, self.image.get()
+
     def begin_anew(self) -> None:
         """Reset the monitor after a start of the PLC; earlier outputs no longer count."""
         commands, self.wire = self.wire.commands, WireMonitor(self.link.size)

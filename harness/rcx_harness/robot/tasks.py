@@ -278,12 +278,12 @@ class Programs:
         observers: Informed of each instruction.
     """
 
-    def __init__(self, machine: Surroundings) -> None:
+    def __init__(self, machine: Surroundings, observers: Observers | None = None) -> None:
         self._machine = machine
         self.config = config = machine.config
         self.variables: dict[str, Value] = {}
         self.errors: list[ProgramError] = []
-        self.observers = Observers()
+        self.observers = Observers() if observers is None else observers
         plain = config.plain_variables
         self.tasks = [RobotTask(program, self.variables, plain) for program in config.programs]
         self.tasks[0].number = TASKS[0]
@@ -493,6 +493,7 @@ class Programs:
         for task in sorted(self.tasks, key=lambda task: task.priority):
             if task.state == "running" and not task.endless:
                 self._work(task, now_us)
+        self.ports.statement = None
 
     def next_due_us(self, now_us: int) -> int | None:
         """Return when a task or a pulse continues by itself; None if nothing is due."""
@@ -518,6 +519,8 @@ class Programs:
             if at >= len(code):
                 self._finish(task, now_us)
                 return
+            if self.ports.accesses is not None:
+                self.ports.statement = (task.program.name, code[at].line)
             if task.begun != at:
                 task.begun = at
                 for observer in self.observers:
