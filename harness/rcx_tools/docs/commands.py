@@ -69,7 +69,7 @@ def _conditions(command: Command) -> str:
     if command.robot:
         texts.append(f"R = 0 is {command.robot_zero}.")
     if command.pendant:
-        texts.append("Works while the programming box has control authority, too.")
+        texts.append("Works also while the programming box has control authority.")
     texts += [f"`{a}` and `{b}` cannot both be 1." for a, b in command.exclusive]
     if command.product:
         low, high = command.product.range
