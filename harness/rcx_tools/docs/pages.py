@@ -107,9 +107,9 @@ def _page(title: str, source: str, body: Iterator[str]) -> str:
 def _blocks() -> Iterator[str]:
     yield "The page of a block shows its pins, an example with its timing chart, its errors and"
     yield "related blocks. Each block is one source file, which begins with a description of it."
-    yield "[panel.html](panel.html) is a printed sheet for the panel, with all dedicated bits, codes"
-    yield "and errors. [internal-blocks.md](internal-blocks.md) lists blocks that only other blocks"
-    yield "call.\n"
+    yield "[panel.html](panel.html) is a printed sheet for the panel, with all dedicated bits,"
+    yield "codes and errors. [internal-blocks.md](internal-blocks.md) lists blocks that only other"
+    yield "blocks call.\n"
     yield "In the column *Manual*, `chapter` is a chapter of the YAMAHA network board EtherNet/IP"
     yield "user's manual for RCX340 and RCX320, Ver. 1.31, and `guide` is a section of the remote"
     yield "command guide in the same document. `-` means that the block is this library's own.\n"

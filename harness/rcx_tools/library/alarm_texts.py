@@ -161,7 +161,8 @@ def _panel_block(language: str) -> str:
     name, suffix = f"FB_RcxPanelText{language}", LANGUAGES[language]
     head = [
         f"{name}: look up cause and remedy for an operator, in {language} (errors.md).",
-        *("", "Part of FB_RcxPanelMessage, which shows these texts instead of those for programmers."),
+        "",
+        "Part of FB_RcxPanelMessage, which shows these texts instead of those for programmers.",
         f"Generated from {_ERRORS} by `make docs`.",
     ]
     body = ["CASE Number OF"]

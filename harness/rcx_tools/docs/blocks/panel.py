@@ -100,8 +100,8 @@ def _front() -> Iterator[str]:
     table = spec.signals()
     yield "<h1>YAMAHA RCX340/RCX320 over EtherNet/IP</h1>"
     yield (
-        "<p>m is the first byte of the area that the PLC reads, n the first byte of the area that it "
-        "writes. These signals are not a safety function; use the SAFETY connector.</p>"
+        "<p>m is the first byte of the area that the PLC reads, n the first byte of the area that "
+        "it writes. These signals are not a safety function; use the SAFETY connector.</p>"
     )
     blanks = ("Cell", "Controller's IP address", "m", "n", "Size", "RPI")
     yield f'<div class="fill">{"".join(f"<span>{escape(one)}</span>" for one in blanks)}</div>'
