@@ -101,10 +101,10 @@ def _allowed(part: Field, names: Sequence[str]) -> str:
         unit = f" [{units[value]}]" if part.by == by and value in units else ""
         groups.setdefault((limits, unit), []).append(value)
     for (limits, unit), values in groups.items():
-        where = f"where `{part.by}` is {', '.join(map(str, values))}"
+        where = f"if `{part.by}` is {', '.join(map(str, values))}"
         texts.append(where if part.type == "text" else f"{_limits(limits)}{unit} {where}")
     if by and by != part.by:
-        texts.append(", ".join(f"[{unit}] where `{by}` is {k}" for k, unit in units.items()))
+        texts.append(", ".join(f"[{unit}] if `{by}` is {k}" for k, unit in units.items()))
     unit = f"[{part.unit}]" if part.unit and not by else ""
     texts += [text for text in (unit, part.meaning) if text]
     return "; ".join(texts).replace("|", "\\|") or "any"
