@@ -136,7 +136,7 @@ def test_enumerations_are_numbers_with_their_names(files: Mapping[str, str]) -> 
     assert listed in files["types/enumerations.txt"]
     assert "        1 (* SPEED_DIRECT *): Data[1] :=" in files["command/movement/FB_MovePtp.st"]
     row = _rows(files["command/movement/FB_MovePtp.csv"])["SpeedMode"]
-    assert row == ["Word [Signed]", "VAR_INPUT", "0", "", "how Speed is given"]
+    assert row == ["Word [Signed]", "VAR_INPUT", "0", "", "unit of Speed"]
 
 
 def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:

@@ -331,7 +331,7 @@ def _variables(snippet: Snippet, steps: Sequence[Step]) -> Iterator[str]:
         ("InputArea", f"RCX_IMAGE{words}", "robot to PLC, filled by your scanner"),
         ("OutputArea", f"RCX_IMAGE{words}", "PLC to robot, sent by your scanner"),
         ("Connected", "BOOL", "your scanner's status"),
-        ("CellSafe", "BOOL", "wire it to your safety circuit's answer"),
+        ("CellSafe", "BOOL", "status of your safety circuit: must be wired"),
         *((name, "BOOL", "push button") for name in buttons),
         ("Robot", "RCX_REF", ""),
         (f"ReadArea{kind}", f"FB_ReadArea{kind}", ""),
