@@ -68,6 +68,19 @@ class PlcBench:
     def __setitem__(self, path: str, value: Value) -> None:
         self.program.write(f"Main.{path}", value)
 
+    def snapshot(self) -> object:
+        """Return the state of the program, of the controller's outputs and of the monitor."""
+        judged = self._monitor.snapshot() if self._monitor else None
+        return self.program.snapshot(), self.now_us, bytes(self.so), judged
+
+    def restore(self, snapshot: object) -> None:
+        """Begin anew from `snapshot`."""
+        program, self.now_us, so, judged = snapshot  # type: ignore[misc]
+        self.program.restore(program)
+        self.so[:] = so
+        if self._monitor:
+            self._monitor.restore(judged)
+
     def scan(self, count: int = 1) -> None:
         """Run scans; the area `so` is what each of them reads."""
         for _ in range(count):
