@@ -1,4 +1,4 @@
-"""FB_ProgramCall beside plc/robot/JOBS.PGM: every fault at every scan of a job.
+"""FB_ProgramCall beside plc/robot/JOBS.PGM: every fault at every scan of two jobs.
 
 Each job has a number of its own; the robot program says if it begins one for the second time
 (SO(22)), and gives back what it was given. The PLC asks for a job until it is done, or until the
@@ -29,6 +29,8 @@ _LASTING = (
 )
 _SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
 _FAULTS = (*_LASTING, *_SHORT)
+#: After these the program is at its first line, also where it shall go on.
+_RESETTING = ("power_off", "power_cycle", "program_end")
 #: Pins of Caller.st. The program begins anew after each fault, or it goes on; a remote command
 #: is out again and again; the robot program executes one statement in each cycle of 5 ms.
 _WAYS: dict[str, dict[str, Value]] = {
@@ -40,6 +42,10 @@ _WAYS: dict[str, dict[str, Value]] = {
 }
 
 
+#: Two jobs take fewer scans.
+_LONGEST = 100
+
+
 def _jobs() -> str:
     """Return JOBS.PGM with the routine of the test."""
     text = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="utf-8")
@@ -49,7 +55,7 @@ def _jobs() -> str:
 
 
 class Swept:
-    """The cell, and its state before each scan of one job.
+    """The cell, and its state before each scan of two jobs.
 
     Args:
         way: A key of _WAYS.
@@ -71,8 +77,7 @@ class Swept:
         self.cell.run("500ms")
         self.press()
         self.cell.run_until(lambda: self["Count"] == 1, within="4s")
-        self.moments = list(self._one_job())
-        assert self["Count"] == 2
+        self.moments = list(self._two_jobs())
 
     def __getitem__(self, name: str) -> Value:
         return self.cell[f"Main.{name}"]
@@ -80,8 +85,10 @@ class Swept:
     def __setitem__(self, name: str, value: Value) -> None:
         self.cell[f"Main.{name}"] = value
 
-    def _one_job(self) -> Iterator[object]:
-        while self["Count"] == 1:
+    def _two_jobs(self) -> Iterator[object]:
+        for _ in range(_LONGEST):
+            if self["Count"] == 3:  # it begins with the second one
+                return
             yield self.cell.snapshot()
             self.cell.scan()
 
@@ -109,7 +116,7 @@ class Swept:
         self.cell.run("100ms")
 
     def judge(self, moment: int, fault: str) -> str:
-        """Return what is wrong after a fault before this scan of the job; empty: nothing."""
+        """Return what is wrong after a fault before this scan; empty: nothing."""
         self.cell.restore(self.moments[moment])
         self.disturb(fault)
         self.cell.run_until(lambda: not self["PowerUp.Busy"], within="20s")
@@ -120,6 +127,8 @@ class Swept:
         except AssertionError as error:
             return f"does not come back: {error}"
         wrong = [name for name in ("Twice", "Wrong", "Unknown") if self[name]]
+        if self["Interrupted"] and self["Keep"] and fault not in _RESETTING:
+            wrong.append("nothing has reset the program")
         lost = self["Number"] != 1 + self["Count"] + self["Interrupted"]
         broken = [one.text for one in self.cell.violations]
         return ", ".join([*wrong, *(["a job is lost"] if lost else []), *broken[:1]])
@@ -141,5 +150,64 @@ def _failures(swept: Swept, fault: str) -> list[str]:
 @pytest.mark.parametrize("fault", _FAULTS)
 @pytest.mark.parametrize("way", list(_WAYS))
 def test_no_job_is_executed_twice_or_lost_and_the_next_one_is_done(way: str, fault: str) -> None:
-    """At each scan of a job. Source: docs/how-to/robot-program.md; head of FB_ProgramCall."""
+    """Source: docs/how-to/robot-program.md; head of FB_ProgramCall."""
     assert _failures(_swept(way), fault) == []
+
+
+#: A slip in JOBS.PGM: what is replaced by what, the way, and a fault that shows it.
+_SLIPS = {
+    "it begins again what it has begun": (
+        ("  IF CALLTICKET%=SGI30 THEN", "  IF 1=0 THEN"),
+        *("reset", "CellSafe", "Twice"),
+    ),
+    "it forgets what is complete": (
+        ("  IF CALLTICKET%=SGI31 THEN *CALLSHOW", "  'IF"),
+        *("go on", "link_down", "nothing has reset the program"),
+    ),
+    "its outputs stay at the beginning": (
+        ("SO(21)=0\nSO(20)=0\n*CALLNEXT", "*CALLNEXT"),
+        *("reset", "CellSafe", "does not come back"),
+    ),
+    "complete comes before the result": (
+        ("*CALLSHOW:\n", "*CALLSHOW:\n  SO(21)=1\n"),
+        *("slow", "link_down", "Wrong"),
+    ),
+    "it is complete before it was executed": (
+        ("  SELECT CASE CALLJOB%", "  SGI31=CALLTICKET%\n  SELECT CASE CALLJOB%"),
+        *("slow", "CellSafe", "Wrong"),
+    ),
+}
+
+
+@pytest.mark.exhaustive(but=["it begins again what it has begun"])
+@pytest.mark.parametrize("slip", list(_SLIPS))
+def test_a_slip_in_the_robot_program_is_found(slip: str) -> None:
+    """The sweep can fail."""
+    (before, after), way, fault, wrong = _SLIPS[slip]
+    assert _jobs().count(before) == 1
+    failures = _failures(Swept(way, jobs=_jobs().replace(before, after)), fault)
+    assert any(wrong in failure for failure in failures), failures
+
+
+@pytest.mark.exhaustive
+def test_the_command_sweep_finds_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As users call it, with what is demanded in a file; a sample of the moments."""
+    (tmp_path / "JOBS.PGM").write_text(_jobs(), encoding="utf-8")
+    robot = tmp_path / "robot.toml"
+    robot.write_text('[[programs]]\nfile = "JOBS.PGM"\n', encoding="utf-8")
+    options = {
+        "robot": robot,
+        "properties": _FOLDER / "demands.toml",
+        "stimulus": _FOLDER / "stimulus.toml",
+        "for": "1800ms",
+        "inject": "emergency_stop,link_down,plc_stop,power_cycle,manual_mode,Main.CellSafe=false",
+        "every": 23,
+        "engine": "builtin",
+        "workers": 0,
+        "out": tmp_path / "out",
+    }
+    given = [f"--{name}={value}" for name, value in options.items()]
+    assert main(["sweep", str(_FOLDER / "Caller.st"), *given]) == 0
+    assert "the cell recovers from all of them" in capsys.readouterr().out

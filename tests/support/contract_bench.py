@@ -70,7 +70,7 @@ _CODES = {
     "FB_ToolPosition": {0x506},
 }
 #: Scans in which they look at what they were given, before anything goes out.
-_AHEAD = {"FB_MoveTable": 1, "FB_PickPlace": 1, "FB_PointRestore": 2}
+_AHEAD = {"FB_MoveTable": 1, "FB_PickPlace": 1, "FB_PointRestore": 2, "FB_ProgramCall": 1}
 #: These refuse to begin while servos are off or there is an alarm.
 _CAREFUL = ("FB_MoveTable", "FB_PickPlace")
 #: These write general-purpose words and bits of their own: SIW(2) to SIW(7), SI(20).

@@ -14,7 +14,17 @@ from rcx_tools.library import library
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["FOLDER", "ROBOT", "START_US", "Snippet", "Step", "own_pins", "program", "snippets", "stimulus"]
+__all__ = [
+    "FOLDER",
+    "ROBOT",
+    "START_US",
+    "Snippet",
+    "Step",
+    "own_pins",
+    "program",
+    "snippets",
+    "stimulus",
+]
 __all__ += ["without"]
 
 FOLDER = ROOT / "docs/reference/blocks"

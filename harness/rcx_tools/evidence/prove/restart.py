@@ -33,7 +33,11 @@ _NOT_CONNECTED, _NOT_READY = 0x8001, 0x8002
 #: either (chapter 5, 3.1 and 3.2).
 _SERVO, _MOVES = 0x0002, 0x9400
 #: Path of the job in a block, if it is not JOB.
-_PLACES: dict[str, Path] = {"FB_PROGRAMCONTINUE": ("START", "JOB")}
+_PLACES: dict[str, Path] = {
+    "FB_PROGRAMCONTINUE": ("START", "JOB"),
+    "FB_PROGRAMCALL": ("CALL", "JOB"),
+    "FB_PROGRAMCALLINWORDS": ("CALL", "JOB"),
+}
 #: Blocks with a pin Enable instead of Execute.
 _LEVELS = (
     "FB_SEQUENCECONTROL",
@@ -85,7 +89,7 @@ def agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any
     """Return the invariant of a block between two calls."""
     job = _job(name)
     claims = [claim for block in {BLOCK, job[:-1]} for claim in shows(machine, memory, block, job)]
-    if name in _PLACES:
+    if (*BLOCK, "WASEXECUTE") in memory:
         seen = machine.term((*BLOCK, "WASEXECUTE"), memory)
         claims.append(seen == machine.term((*job, "WASEXECUTE"), memory))
     if name in _COMPOSITES:
