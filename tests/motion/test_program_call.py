@@ -239,6 +239,7 @@ def test_in_the_extended_area_it_needs_no_turn_of_the_commands(words: bool) -> N
         ({"FirstWord": 12}, 0x8034),
         ({"FirstWord": 24}, 0x8036),
         ({"Size": 47}, 0x8030),
+        ({"Size": 47, "CompleteBit": 20}, 0x8030),
         ({"ImageSize": 47}, 0x8031),
         ({"m": 465}, 0x8031),
         ({"n": -1}, 0x8031),
@@ -512,3 +513,52 @@ def test_a_scan_without_a_call_ends_it() -> None:
     plc["Called"] = True
     plc.scan()
     assert (plc.error, plc["Call.Open"], plc.strobe) == (0x8013, True, False)
+
+
+def test_words_beside_a_status_are_not_read() -> None:
+    """A status that nobody has asked for: SOW(2) and so on are not the robot program's then.
+
+    Source: chapter 1, 4.1: shared words.
+    """
+    plc = _bench()
+    plc.hand_over()
+    plc.show(ticket=6, acknowledged=1)
+    plc.so[1] = 0x01
+    plc.scan(3)
+    assert (plc["Call.State"], plc.strobe) == ("CALL_STROBE", True)
+    plc.so[1] = 0
+    plc.scan(2)
+    assert plc["Call.State"] == "CALL_WORK"
+    plc.show(complete=1, outcome=1, value=8)
+    plc.so[1] = 0x01
+    plc.scan(3)
+    assert plc["Call.State"] == "CALL_RESULT"
+    plc.so[1] = 0
+    plc.scan(3)
+    assert plc["Call.Done"]
+    assert plc["Call.ResultValue"] == 8
+
+
+def test_the_result_of_another_ticket_is_not_taken() -> None:
+    """The robot program was started with another memory: it is asked again, with ticket 6."""
+    plc = _bench()
+    plc.hand_over()
+    plc.take()
+    plc.show(ticket=99, complete=1, outcome=1, value=1, acknowledged=0)
+    plc.scan_until(lambda: plc.strobe, most=5)
+    assert plc.ticket == 6
+    plc.take()
+    plc.finish(value=2)
+    assert plc["Call.ResultValue"] == 2
+
+
+def test_execute_that_rises_again_changes_nothing_while_it_is_busy() -> None:
+    """The pins were sampled at the start. Source: docs/reference/blocks.md."""
+    plc = _bench()
+    plc.hand_over()
+    area = plc.image[:48]
+    plc.execute(JobNumber=9, Value=1, Word1=2, Word2=3, Anew=True)
+    assert plc.image[:48] == area
+    plc.take()
+    plc.finish(value=4)
+    assert plc["Call.Done"]
