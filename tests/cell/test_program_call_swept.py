@@ -19,6 +19,8 @@ from plc_bench import ROOT
 from rcx_harness.cell import Cell
 from rcx_harness.cell.surroundings import opposite
 from rcx_harness.cli.app import main
+from rcx_harness.robot.program import read_program
+from rcx_harness.robot.program.checks import problems
 from structured_text.engines.base import Value
 
 _FOLDER = ROOT / "tests/data/program_call"
@@ -52,6 +54,16 @@ def _jobs() -> str:
     before, mark, _ = text.partition("*JOB2:\n")
     assert mark
     return before + (_FOLDER / "JOB2.PGM").read_text(encoding="utf-8")
+
+
+def test_the_robot_program_as_it_is_shipped_has_no_error_and_no_warning() -> None:
+    """Its lines have at most 80 characters: they are typed and shown on a programming box."""
+    text = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="ascii")
+    read, errors = read_program(text)
+    assert errors == []
+    assert read is not None
+    assert problems(read, 48) == []
+    assert max(map(len, text.splitlines())) <= 80
 
 
 class Swept:

@@ -155,8 +155,8 @@ class Player:
         """The area that the PLC reads next; without a connection it gets nothing and sends it."""
         now = (0, 0, 0, 0, 0, 0)
         if connected:
-            words = tuple(si[at] | si[at + 1] << 8 for at in (0, 2, 32))
-            now = (*words, si[6], si[6] | si[7] << 8, si[34] & 1)
+            head = si[0] | si[1] << 8, si[2] | si[3] << 8, si[32] | si[33] << 8
+            now = (*head, si[6], si[6] | si[7] << 8, si[34] & 1)
         self._lag.append(now)
         code, data, inputs, written, ticket, strobe = self._lag[0]
         response = self._command(code, data, inputs)
@@ -171,8 +171,8 @@ class Player:
             general[0] = self._job(ticket, strobe)
             if not self._status:
                 words[2:4] = self._ticket, 1
-        head = b"".join(word.to_bytes(2, "little") for word in words)
-        return head + bits.to_bytes(2, "little") + bytes(general)
+        shown = b"".join(word.to_bytes(2, "little") for word in words)
+        return shown + bits.to_bytes(2, "little") + bytes(general)
 
     def _job(self, ticket: int, strobe: int) -> int:
         """Return SO(20) and SO(21): a job is acknowledged, and complete, while the strobe is ON."""
