@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
@@ -73,9 +74,9 @@ class PlcBench:
         judged = self._monitor.snapshot() if self._monitor else None
         return self.program.snapshot(), self.now_us, bytes(self.so), judged
 
-    def restore(self, snapshot: object) -> None:
+    def restore(self, snapshot: Any) -> None:
         """Begin anew from `snapshot`."""
-        program, self.now_us, so, judged = snapshot  # type: ignore[misc]
+        program, self.now_us, so, judged = snapshot
         self.program.restore(program)
         self.so[:] = so
         if self._monitor:
