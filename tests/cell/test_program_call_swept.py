@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
+from example_runs import changes
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
 from rcx_harness.cell.surroundings import opposite
@@ -164,6 +165,23 @@ def _failures(swept: Swept, fault: str) -> list[str]:
 def test_no_job_is_executed_twice_or_lost_and_the_next_one_is_done(way: str, fault: str) -> None:
     """Source: docs/how-to/robot-program.md; head of FB_ProgramCall."""
     assert _failures(_swept(way), fault) == []
+
+
+@pytest.mark.exhaustive
+def test_over_ethernet_ip_the_same_bytes_go_over_the_wire(tmp_path: Path) -> None:
+    """Time is virtual, so that both links show the same areas at the same times."""
+    (tmp_path / "JOBS.PGM").write_text(_jobs(), encoding="utf-8")
+    robot = tmp_path / "robot.toml"
+    robot.write_text('[[programs]]\nfile = "JOBS.PGM"\n', encoding="utf-8")
+    seen = []
+    for link in ("direct", "enip"):
+        with Cell.build(_FOLDER / "Caller.st", engine="builtin", link=link, robot=robot) as cell:
+            cell["Main.CellSafe"] = True
+            cell.run("500ms")
+            cell["Main.Start"] = True
+            cell.run_until(lambda: cell["Main.Count"] == 2, within="4s")
+            seen.append(list(changes(cell.trace.lines())))
+    assert seen[0] == seen[1]
 
 
 #: A slip in JOBS.PGM: what is replaced by what, the way, and a fault that shows it.
