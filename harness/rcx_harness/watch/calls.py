@@ -81,6 +81,9 @@ class CallMonitor:
         robots, self._before = snapshot
         self._robots = dict(robots)
 
+    def begin(self) -> None:
+        """Begin after a start of the PLC; calls are not retained."""
+
     def _judge(self, calls: list[tuple[int, int]]) -> Iterator[str]:
         times = Counter(key for key, _ in calls)
         for key, number in times.items():

@@ -32,7 +32,8 @@ _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
 _ERROR_BLOCKS = {
     "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
     "InputErrorText": ("errors of inputs and tables", range(0x8021, 0x8058)),
-    "WorkErrorText": ("errors of parts, points and panels", range(0x8058, 0x8100)),
+    "WorkErrorText": ("errors of parts, points and panels", range(0x8058, 0x8080)),
+    "CallErrorText": ("errors of jobs for a robot program", range(0x8080, 0x8100)),
 }
 
 _HEXADECIMAL = "0123456789ABCDEFabcdef"

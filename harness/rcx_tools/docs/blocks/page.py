@@ -64,7 +64,7 @@ def block_page(name: str) -> str:
         lines += _example(run_of(name))
     elif name in without():
         lines += ["", f"No example of its own: {without()[name]}."]
-    lines += [*_errors(pou), *_types(pou), *_see_also(pou)]
+    lines += [*_robot_side(pou), *_errors(pou), *_types(pou), *_see_also(pou)]
     return "\n".join(lines) + "\n"
 
 
@@ -262,7 +262,7 @@ def _example(run: Run) -> Iterator[str]:
     if snippet.about:
         yield f"{snippet.about}\n"
     files = [f"programs/{snippet.path.name}", f"programs/{snippet.stimulus_path.name}"]
-    links = ", ".join(f"[{Path(one).name}]({one})" for one in [*files, "programs/robot.toml"])
+    links = ", ".join(f"[{Path(one).name}]({one})" for one in [*files, f"programs/{snippet.robot}"])
     yield f"{_WHOLE}: {links}. To run it:\n"
     yield "\n".join(f"    {line}" for line in snippet.command(run.seconds).splitlines())
     yield f"\n### Timing\n\n![Timing chart of the example](charts/{snippet.pou.name}.svg)\n"
@@ -273,6 +273,15 @@ def _example(run: Run) -> Iterator[str]:
         types = {pin.name: pin.type for pin in snippet.pou.pins}
         for name, value in run.outputs.items():
             yield f"| `{name}` | `{_value(value, types[name])}` |"
+
+
+def _robot_side(pou: Pou) -> Iterator[str]:
+    """Yield the robot program that a block works with, as text to paste."""
+    for file in sorted((ROOT / "plc/robot").glob("*.PGM")):
+        if any(file.name in paragraph for paragraph in pou.about):
+            text = file.read_text(encoding="utf-8").strip()
+            yield f"\n## Robot program\n\n{_file(file)}, to paste into your robot program:\n"
+            yield f"```text\n{text}\n```"
 
 
 def _at_end(snippet: Snippet) -> str:

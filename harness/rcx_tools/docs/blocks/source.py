@@ -132,7 +132,7 @@ class Pou:
             return sorted(found)
         if not any(pin.type == "RCX_IMAGE_WORDS" for pin in self.pins):
             found.discard(_ODD_OFFSET)
-        if "DoubleWord" not in self.name:
+        if "DoubleWord" not in self.name and self.pin("FirstWord") is None:
             found.discard(_ODD_NUMBER)
         if self.pin("Abort") is None:
             found.discard(_ABORTED)
