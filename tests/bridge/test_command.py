@@ -20,9 +20,9 @@ from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.run import BridgeOptions, Running
 from rcx_harness.cli import bridge as cli_bridge
 from rcx_harness.cli.app import main
-from rcx_harness.enip import Adapter
 from rcx_harness.enip.originator.opening import Opener
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 
 Captured = pytest.CaptureFixture[str]
 Start = Callable[..., int]

@@ -15,7 +15,6 @@ from rcx_harness.bridge.core import (
     Limits,
     Lost,
     PlcSeen,
-    RobotSeen,
     State,
     area_of,
     words_of,
@@ -55,7 +54,7 @@ class Scene:
             self.now_us += after_us
             self.beat = (self.beat + self.beats) & 0xFFFF
             plc = PlcSeen(self.area, self.beat, self.now_us) if self.plc_there else Lost("gone")
-            robot = RobotSeen(_ANSWERS) if self.robot_there else Lost("cut")
+            robot = _ANSWERS if self.robot_there else Lost("cut")
             self.last = self.bridge.step(self.now_us, plc, robot)
             if self.last.state is not State.RUN:
                 self.assert_safe()
@@ -269,7 +268,7 @@ def test_the_gap_counts_from_the_question_before_to_this_answer(scene: Scene) ->
     asked_us = scene.now_us
     scene.beat += 1
     plc = PlcSeen(_QUIET, scene.beat, asked_us + 60 * _MS)
-    actions = scene.bridge.step(asked_us + 101 * _MS, plc, RobotSeen(_ANSWERS))
+    actions = scene.bridge.step(asked_us + 101 * _MS, plc, _ANSWERS)
     assert actions.state is State.NO_PLC
 
 
@@ -289,5 +288,5 @@ def test_areas_of_256_bytes_pass_too() -> None:
     area = bytes(48) + bytes(range(208))
     scene = Scene(area=area)
     seen = (PlcSeen(area, beat, 10 * _MS * beat) for beat in range(1, 40))
-    last = [scene.bridge.step(one.asked_us, one, RobotSeen(area)) for one in seen][-1]
+    last = [scene.bridge.step(one.asked_us, one, area) for one in seen][-1]
     assert (last.state, last.to_robot, last.to_plc) == (State.RUN, area, words_of(area))

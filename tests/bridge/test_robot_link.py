@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from fake_scanner import FakeScanner
-from rcx_harness.bridge.core import Lost, RobotSeen
-from rcx_harness.bridge.robot import RobotLink
-from rcx_harness.enip import Adapter
+from rcx_harness.bridge.core import Lost
+from rcx_harness.bridge.loop import RobotLink
 from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from structured_text.errors import InputError
 
 _LOOKS = 60_000
@@ -52,7 +52,7 @@ def test_before_packets_come_the_robot_is_not_there() -> None:
         "robot: no packet is taken, those that come are of a wrong length (20 bytes instead of 50)"
     )
     scanner.connected = True
-    assert link.read() == RobotSeen(bytes([7] * 48))
+    assert link.read() == bytes([7] * 48)
 
 
 @pytest.mark.parametrize("end", ["timed out", "process"])
@@ -129,7 +129,7 @@ def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) 
     link.opener.open()
     link.write(bytes(range(100, 148)), 60_000_000)
     until(lambda: adapter.read_to_robot() == bytes(range(100, 148)))
-    until(lambda: link.read() == RobotSeen(bytes(range(48))))
+    until(lambda: link.read() == bytes(range(48)))
 
 
 @pytest.mark.exhaustive

@@ -14,10 +14,10 @@ from rcx_harness import Cell, RobotConfig
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.elsewhere import Elsewhere, FarLink
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.trace import Cycle, Scan, read_trace
 from structured_text.errors import InputError
 

@@ -13,7 +13,7 @@ from rcx_harness import Cell, RobotConfig
 from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.live import RealTimeAgenda, RealTimeLink
 from rcx_harness.cli.app import main
-from rcx_harness.enip import ProcessDiedError
+from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.trace import Cycle, Scan, read_trace
 from structured_text.errors import InputError
 

@@ -13,9 +13,9 @@ from rcx_harness.cell.elsewhere import Elsewhere
 from rcx_harness.cli.app import main
 from rcx_harness.cli.connect import confirm
 from rcx_harness.cli.run import RunOptions
-from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.trace import Scan, read_trace
 from serve_process import ServeProcess, own_addresses
 from structured_text.errors import InputError

@@ -15,7 +15,7 @@ import pytest
 
 from progress_lines import without_progress
 from rcx_harness.cli.app import main
-from rcx_harness.enip import Adapter
+from rcx_harness.enip.target.adapter import Adapter
 from serve_process import own_addresses
 from structured_text.errors import InputError
 from structured_text.output.files import NewFiles, OutputFile, replace_files

@@ -19,7 +19,7 @@ from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cli.app import main
 from rcx_harness.cli.run import RunOptions
-from rcx_harness.enip import Adapter
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.trace import read_trace
 from structured_text.projects.sources import st_files
 

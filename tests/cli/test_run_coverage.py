@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from plc_bench import ROOT
 from progress_lines import without_progress
 from rcx_harness.cli.app import main
 
@@ -111,3 +113,25 @@ def test_a_source_changed_during_the_run_is_reported(
     monkeypatch.setattr(Cell, "close", change)
     assert run("--for", "50ms", "--coverage") == 1
     assert "Lamp.st was changed since it was compiled: run again" in capsys.readouterr().out
+
+
+def test_robot_programs_count_and_the_trace_is_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    """PLACE.PGM has 24 lines with statements; place 7, lines 12, 29 and 30, is never asked for."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "120")
+    for file in (ROOT / "tests/data/robot_programs").iterdir():
+        shutil.copy(file, tmp_path)
+    args = ["run", "Supervisor.st", "--robot", "robot.toml", "--stimulus", "stimulus.toml"]
+    args += ["--for", "4s", "--engine", "builtin"]
+    assert main([*args, "--trace", "plain.jsonl"]) == 0
+    capsys.readouterr()
+    assert main([*args, "--trace", "counted.jsonl", "--coverage"]) == 0
+    table = re.sub(" +", " ", capsys.readouterr().out).splitlines()
+    assert "PLACE.PGM 87.5 % 21/24 66.6 % 2/3 - 12, 29-30" in table
+    assert Path("plain.jsonl").read_bytes() == Path("counted.jsonl").read_bytes()
+    page = Path("out/coverage/PLACE.PGM.html").read_text()
+    assert "not executed: GOTO *WRONG" not in page, "its branch says it"
+    assert "not taken: CASE ELSE" in page
+    assert 'filename="PLACE.PGM"' in Path("out/coverage/coverage.xml").read_text()

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from imports import PACKAGES
-from rcx_harness.cli.app import COMMANDS, OPTION_PANELS, PANELS, Later, app, main
+from rcx_harness.cli.app import COMMANDS, OPTION_PANELS, PANELS, Later, app, home_of, main
 from structured_text.engines.matiec.build import find_matiec
 
 #: Runs commands one after the other; after each: its exit code, and which modules are new.
@@ -125,10 +125,9 @@ def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_is_listed_with_the_first_sentence_of_its_docstring(name: str) -> None:
     """Source: `rcx --help` says of a command what `rcx <command> --help` begins with."""
-    place, first = COMMANDS[name]
-    module, _, function = place.partition(":")
+    module, function = home_of(name)
     command = getattr(import_module(f"rcx_harness.cli.{module}"), function)
-    assert " ".join((getdoc(command) or "").partition("\n\n")[0].split()) == first
+    assert " ".join((getdoc(command) or "").partition("\n\n")[0].split()) == COMMANDS[name]
     assert function.rstrip("_") == name
 
 
@@ -136,7 +135,7 @@ def test_the_list_of_commands_gives_each_sentence_whole(capsys: pytest.CaptureFi
     """Source: a sentence that is cut off does not say what the command is for."""
     assert main(["--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert [name for name, (_, first) in COMMANDS.items() if f"{name} {first}" not in said] == []
+    assert [name for name, first in COMMANDS.items() if f"{name} {first}" not in said] == []
 
 
 def test_each_command_is_in_one_of_five_panels(capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 import exchange_bench
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
+from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.shared import SharedImages
 from rcx_harness.enip.target.connection_manager import Origin
 from rcx_harness.enip.target.device import Device, Session
@@ -44,7 +45,7 @@ class MemoryImage:
 
 
 @dataclass
-class FakeCyclicPart:
+class FakeCyclicPart(CyclicControl):
     """Keeps what the Connection Manager tells it."""
 
     port: int = 2222

@@ -10,7 +10,10 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.enip import Adapter, CipError, Client, EnipError, Identity
+from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.options import Identity
+from rcx_harness.enip.originator.client import Client
+from rcx_harness.enip.target.adapter import Adapter
 from structured_text.errors import InputError
 from structured_text.output.system import SharedMemory
 
@@ -156,7 +159,7 @@ def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]])
 def test_the_adapter_ends_when_its_parent_is_killed() -> None:
     """The parent's standard error is open as long as one of the two lives."""
     program = (
-        "from rcx_harness.enip import Adapter\n"
+        "from rcx_harness.enip.target.adapter import Adapter\n"
         "adapter = Adapter()\n"
         "print(adapter.address[1], flush=True)\n"
         "input()\n"

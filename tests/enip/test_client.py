@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from rcx_harness.enip import Client, EnipError
+from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.originator.client import Client
 from structured_text.errors import InputError
 
 REGISTERED = bytes.fromhex("6500 0400 07000000 00000000 0100000000000000 00000000 0100 0000")

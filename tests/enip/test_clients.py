@@ -17,7 +17,7 @@ import pycomm3
 import pylogix
 import pytest
 
-from rcx_harness.enip import Adapter
+from rcx_harness.enip.target.adapter import Adapter
 
 Pycomm = Callable[..., Any]
 

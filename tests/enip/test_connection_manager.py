@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refused
-from rcx_harness.enip import AdapterOptions, EnipError
 from rcx_harness.enip.codec.encapsulation import Item
 from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters
+from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.target.connection_manager import Origin, random_id
 from rcx_harness.enip.target.device import Device
 
@@ -210,15 +211,6 @@ def test_owner_input_only_and_listen_only_live_beside_each_other(bench: Any) -> 
     assert bench.ask(forward_open(**LISTEN_ONLY, triad="0300 4D00 EFBEADDE"))[2] == 0
     kinds = [each.kind.value for each in bench.cyclic.added]
     assert kinds == ["exclusive owner", "input only", "listen only"]
-
-
-def test_other_heartbeat_points_can_be_chosen(make_bench: Any) -> None:
-    bench = make_bench(options=AdapterOptions(input_only=192, listen_only=193))
-    assert bench.ask(forward_open(**INPUT_ONLY)) == refused("2A01")
-    path = "2004 2405 2CC0 2C64"
-    assert bench.ask(forward_open(o_to_t="0248", path=path)) == opened()
-    path = "2004 2405 2CC1 2C64"
-    assert bench.ask(forward_open(o_to_t="0248", path=path, triad=OTHER))[2] == 0
 
 
 def test_listeners_end_with_the_last_connection_that_is_more(bench: Any) -> None:

@@ -14,11 +14,6 @@ def test_an_unknown_code_has_words_too() -> None:
     assert "does not know" in cip.extended_text(0xFFFF)
 
 
-def test_an_older_code_is_its_own_older_code() -> None:
-    for code in ExtendedStatus:
-        assert ExtendedStatus(code.older).older == code.older
-
-
 def test_a_reply_is_taken_apart_with_its_additional_status() -> None:
     """0x127, and the size that fits."""
     reply = cip.decode_reply(bytes.fromhex("D400 0102 2701 3600 0100 4D00 EFBEADDE 00 00"))

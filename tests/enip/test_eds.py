@@ -10,9 +10,10 @@ import pytest
 
 from enip_frames import forward_open
 from rcx_harness.cli.app import main
-from rcx_harness.enip import Adapter, Client
 from rcx_harness.enip.eds import eds_text
 from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.enip.originator.client import Client
+from rcx_harness.enip.target.adapter import Adapter
 from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
@@ -164,10 +165,9 @@ def test_the_adapter_takes_every_connection_of_the_sheet(size: int) -> None:
 
 
 def test_it_follows_the_adapters_options() -> None:
-    options = AdapterOptions(rpi_min_us=20_000, input_only=0x199, configurations=())
+    options = AdapterOptions(rpi_min_us=20_000)
     sheet = read(eds_text(options=options))
     assert sheet["Params"]["Param1"][9:12] == ["20000", "3200000", "20000"]
-    assert sheet["Connection Manager"]["Connection2"][14] == '"20 04 2D 00 99 01 2C 64"'
 
 
 def test_it_says_that_it_is_of_the_virtual_controller() -> None:

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refused
-from rcx_harness.enip import AdapterOptions
 
 INPUT_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C03 2C64"}
 LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
@@ -135,30 +134,3 @@ def test_an_unknown_segment_is_reported_with_the_remaining_words(
 def test_a_request_of_a_wrong_length_is_refused(bench: Any, request_: str, reply: str) -> None:
     assert bench.ask(request_) == bytes.fromhex(reply)
     assert bench.cyclic.added == []
-
-
-@pytest.mark.parametrize(
-    ("fields", "words"),
-    [
-        ({"transport": "00"}, "0301"),
-        ({"transport": "11"}, "0301"),
-        ({"transport": "81"}, "0301"),
-        ({"o_to_t": "3608"}, "0801"),
-        ({"t_to_o": "3268"}, "0801"),
-        ({"o_to_t": "36C8"}, "0801"),
-        ({"o_to_t": "3548"}, "0901"),
-        ({"t_to_o": "3148"}, "0901"),
-        ({"o_to_t_rpi": "CF070000"}, "1101"),
-        ({"path": "2004 2402 2C96 2C64"}, "1801"),
-        ({"path": "2004 2405 2C96 2C64 8001 1234"}, "1801"),
-        ({"path": "2004 2405 2C65 2C64"}, "1701"),
-        ({"path": "2004 2405 2C96 2C65"}, "1701"),
-        ({"path": "2004 2C96"}, "1701"),
-        ({"multiplier": "08"}, "3301"),
-    ],
-)
-def test_a_device_of_an_earlier_edition_has_fewer_codes(
-    make_bench: Any, fields: dict[str, str], words: str
-) -> None:
-    bench = make_bench(options=AdapterOptions(older_status=True))
-    assert bench.ask(forward_open(**fields)) == refused(words)

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.enip import Identity
+from rcx_harness.enip.options import Identity
 from structured_text.errors import InputError
 
 

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rcx_harness.cell.link import DirectLink, Link
-from rcx_harness.enip import LockstepLink, ProcessDiedError
+from rcx_harness.enip.errors import ProcessDiedError
+from rcx_harness.enip.links import LockstepLink
 from structured_text.errors import InputError
 
 

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from forward_open_bytes import forward_close, forward_open
-from rcx_harness.enip import AdapterOptions
 from rcx_harness.enip.target.connection_manager import Origin
 
 TCP_IP = {
@@ -170,11 +169,6 @@ def test_a_code_point_once_set_is_the_one_of_new_connections(bench: Any) -> None
         bench.ask(f"1003 2048 2401 30{number:02X} {value}")
     assert [objects.dscp(priority) for priority in range(4)] == [1, 2, 3, 4]
     assert objects.explicit_dscp == 5
-
-
-def test_the_inactivity_can_be_chosen_beforehand(make_bench: Any) -> None:
-    bench = make_bench(options=AdapterOptions(inactivity_s=0))
-    assert bench.ask("0E03 20F5 2401 300D") == bytes.fromhex("8E00 0000 0000")
 
 
 def test_a_list_that_does_not_fit_into_a_reply_is_refused(bench: Any) -> None:

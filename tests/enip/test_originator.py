@@ -19,7 +19,6 @@ REQUEST = OpenRequest(
     o_to_t_length=54,
     t_to_o_length=50,
     multiplier=2,
-    multicast=False,
     consuming=150,
     producing=100,
 )
@@ -59,12 +58,6 @@ LONG = {"o_to_t_length": 262, "t_to_o_length": 258}
         pytest.param(
             *({"consuming": 0x0301}, START, "3648", "3248", "04 2004 2D00 0103 2C64"),
             id="an instance above 255 in a wide segment",
-        ),
-        pytest.param(
-            {"multicast": True},
-            START.replace("44332211", "00000000"),
-            *("3648", "3228", "03 2004 2C96 2C64"),
-            id="multicast, in the direction to us and without an id",
         ),
         pytest.param(
             {"large": True, **LONG},

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from forward_open_bytes import forward_close, forward_open
-from rcx_harness.enip import AdapterOptions
 from rcx_harness.enip.target.connection_manager import Origin
 
 PEER = "192.168.0.10"
@@ -149,13 +148,6 @@ def test_an_incomplete_forward_open_is_reported_too(make_bench: Any) -> None:
     assert said(make_bench, "54 02 2006 2401 0A0E") == [
         "192.168.0.10 asked for a connection: refused with 0x13, not enough data"
     ]
-
-
-def test_the_coarser_code_of_an_option_changes_no_text(make_bench: Any) -> None:
-    """The sentence names the exact reason, whatever code has gone out."""
-    request = forward_open(o_to_t="3248")
-    plain = said(make_bench, request)
-    assert said(make_bench, request, options=AdapterOptions(older_status=True)) == plain
 
 
 def test_nothing_is_said_of_what_is_opened_and_closed(make_bench: Any) -> None:

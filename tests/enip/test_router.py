@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.enip import Identity
+from rcx_harness.enip.options import Identity
 
 NAME = b"RCX3 virtual controller".hex()
 ATTRIBUTES_1_TO_7 = f"7C02 2B00 0500 0101 3000 01000000 17{NAME}"

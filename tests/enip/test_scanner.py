@@ -11,7 +11,6 @@ import signal
 import socket
 import struct
 from collections.abc import Callable, Iterator
-from types import SimpleNamespace
 
 import pytest
 
@@ -51,7 +50,6 @@ def scan(
     *,
     multiplier: int = 7,
     kind: ConnectionKind = ConnectionKind.EXCLUSIVE_OWNER,
-    multicast: bool = False,
     address: str = HOST,
     io_port: int | None = 0,
     large: bool = False,
@@ -61,7 +59,6 @@ def scan(
         *(adapter.address[0], size or adapter.size, rpi_us),
         kind=kind,
         multiplier=multiplier,
-        multicast=multicast,
         address=address,
         io_port=io_port,
         port=adapter.address[1],
@@ -201,10 +198,9 @@ def test_256_bytes_go_both_ways(large: bool) -> None:
         eventually(adapter, lambda: adapter.read_to_robot() == bytes(range(255, -1, -1)))
 
 
-@pytest.mark.parametrize("multicast", [False, True])
-def test_input_only_receives_and_sends_nothing(adapter: Adapter, multicast: bool) -> None:
+def test_input_only_receives_and_sends_nothing(adapter: Adapter) -> None:
     before = adapter.shared.to_robot.version
-    with scan(adapter, kind=ConnectionKind.INPUT_ONLY, multicast=multicast) as scanner:
+    with scan(adapter, kind=ConnectionKind.INPUT_ONLY) as scanner:
         scanner.write(TO_ROBOT)
         scanner.open()
         eventually(adapter, lambda: scanner.read().image == TO_MASTER)
@@ -213,15 +209,10 @@ def test_input_only_receives_and_sends_nothing(adapter: Adapter, multicast: bool
     assert adapter.shared.to_robot.version == before
 
 
-@pytest.mark.parametrize("multicast", [False, True])
-def test_a_listener_hears_what_the_owner_hears_and_ends_with_it(
-    adapter: Adapter, multicast: bool
-) -> None:
-    with scan(adapter, multicast=multicast) as owner:
+def test_a_listener_hears_what_the_owner_hears_and_ends_with_it(adapter: Adapter) -> None:
+    with scan(adapter) as owner:
         owner.open()
-        listener = scan(
-            adapter, kind=ConnectionKind.LISTEN_ONLY, multicast=multicast, address=SECOND
-        )
+        listener = scan(adapter, kind=ConnectionKind.LISTEN_ONLY, address=SECOND)
         with listener:
             listener.open()
             eventually(adapter, lambda: listener.read().image == TO_MASTER)
@@ -345,8 +336,7 @@ def test_an_implausible_reply_opens_nothing_and_is_explained(
     ],
 )
 def test_packets_that_cannot_be_used_are_not_called_silence(drops: str, message: str) -> None:
-    scanner = SimpleNamespace(drops=lambda: drops)
-    assert str(no_packet(scanner, 10.0)) == message
+    assert str(no_packet(drops, 10.0)) == message
 
 
 def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:

@@ -22,9 +22,10 @@ from typing import NamedTuple
 
 import pytest
 
-from rcx_harness.enip import Adapter, Client
 from rcx_harness.enip.cyclic.connections import ConnectionKind
+from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.look.judge.judge import JudgeOptions, judge
 
 TSHARK = shutil.which("tshark")

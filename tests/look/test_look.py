@@ -13,12 +13,12 @@ import pytest
 
 from rcx_harness.cli import scan as cli_scan
 from rcx_harness.cli.app import main
-from rcx_harness.enip import Adapter
 from rcx_harness.enip.codec.forward_open import OpenRequest
 from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
 from rcx_harness.enip.errors import CipError, ProcessDiedError
 from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.look.look import ScanOptions, output_image
 from rcx_harness.look.look import scan as look
 from rcx_harness.look.text import (

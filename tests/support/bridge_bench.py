@@ -12,13 +12,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from modbus_plc import ModbusPlc
-from rcx_harness.bridge.core import Actions, Limits, Registers, RobotSeen, State
-from rcx_harness.bridge.loop import Loop
+from rcx_harness.bridge.core import Actions, Limits, Registers, State
+from rcx_harness.bridge.loop import Loop, RobotLink
 from rcx_harness.bridge.plc import PlcLink
-from rcx_harness.bridge.robot import RobotLink
-from rcx_harness.enip import Adapter
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
@@ -122,10 +121,10 @@ class BridgeBench:
         """Wait until both areas have arrived, as long as there is a connection."""
         for _ in range(_MOST_LOOKS):
             seen = self.robot.read()
-            if not isinstance(seen, RobotSeen):
+            if not isinstance(seen, bytes):
                 return
             there = self.adapter.shared.to_robot.read() == to_robot
-            if there and seen.area == self.adapter.shared.to_master.read():
+            if there and seen == self.adapter.shared.to_master.read():
                 return
             self._pause.wait(_PAUSE_S)
         raise AssertionError("the packets do not come")

@@ -131,14 +131,14 @@ class Editor:
         found: list[dict[str, Any]] = body["breakpoints"]
         return found
 
-    def go(self, command: str = "continue", **arguments: Any) -> dict[str, Any]:
+    def go(self, command: str = "continue", thread: int = 1, **arguments: Any) -> dict[str, Any]:
         """Go on or back, until it stops; gives why."""
-        self.request(command, threadId=1, **arguments)
+        self.request(command, threadId=thread, **arguments)
         return self.event("stopped")
 
-    def stack(self) -> list[tuple[str, int]]:
+    def stack(self, thread: int = 1) -> list[tuple[str, int]]:
         """The titles and lines of the stack, the innermost first."""
-        frames = self.request("stackTrace", threadId=1)["stackFrames"]
+        frames = self.request("stackTrace", threadId=thread)["stackFrames"]
         return [(one["name"], one["line"]) for one in frames]
 
     @property
@@ -146,9 +146,11 @@ class Editor:
         """Where it stands."""
         return self.stack()[0][1]
 
-    def value(self, expression: str, level: int = 0, context: str = "watch") -> str:
+    def value(
+        self, expression: str, level: int = 0, context: str = "watch", thread: int = 1
+    ) -> str:
         """What an expression gives, in a frame of the stack."""
-        frames = self.request("stackTrace", threadId=1)["stackFrames"]
+        frames = self.request("stackTrace", threadId=thread)["stackFrames"]
         asked = {"expression": expression, "frameId": frames[level]["id"], "context": context}
         return str(self.request("evaluate", **asked)["result"])
 
@@ -156,9 +158,9 @@ class Editor:
         """Type something into the console."""
         return self.value(text, context="repl")
 
-    def scope(self, name: str, level: int = 0) -> dict[str, dict[str, Any]]:
+    def scope(self, name: str, level: int = 0, thread: int = 1) -> dict[str, dict[str, Any]]:
         """The variables of a scope, by name."""
-        frames = self.request("stackTrace", threadId=1)["stackFrames"]
+        frames = self.request("stackTrace", threadId=thread)["stackFrames"]
         scopes = self.request("scopes", frameId=frames[level]["id"])["scopes"]
         (found,) = [one for one in scopes if one["name"] == name]
         return self.below(found)

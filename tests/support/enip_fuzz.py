@@ -26,9 +26,11 @@ from random import Random
 from tempfile import TemporaryDirectory
 
 from enip_attacks import Attacker, Report, Target
-from rcx_harness.enip import Adapter, Client, EnipError
 from rcx_harness.enip.cyclic.connections import IO_PORT, OwnerState
+from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from structured_text.errors import InputError
 from structured_text.output.units import parse_us
 

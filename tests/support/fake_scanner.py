@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from rcx_harness.enip.cyclic.connections import EndReason
 from rcx_harness.enip.errors import CipError
-from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
+from rcx_harness.enip.originator.scanner import Received, Scanner, ScannerStatistics
 
 
-class FakeScanner:
+class FakeScanner(Scanner):
     """Does what its attributes say.
 
     Attributes:
@@ -20,9 +20,11 @@ class FakeScanner:
         written: What was written last and until when it is valid.
     """
 
+    failure = ""
+
     def __init__(self, refusal: CipError | None = None) -> None:
         self.ended: EndReason | None = None
-        self.failure = self.dropped = ""
+        self.dropped = ""
         self.connected = False
         self.refusal = refusal
         self.done: list[str] = []

@@ -10,8 +10,8 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from rcx_harness.enip import Adapter
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.serve.station import Station

@@ -7,7 +7,7 @@ from typing import Any
 
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.look.probe.catalogue import questions
-from rcx_harness.look.probe.line import LostError, NotConnectedError
+from rcx_harness.look.probe.line import LostError, NetworkLine, NotConnectedError
 from rcx_harness.look.probe.question import Question
 from rcx_harness.look.probe.run import Outcome, Person, probe
 from rcx_harness.robot import Controller, RobotConfig
@@ -18,17 +18,17 @@ from served import NetworkInMemory
 _TIMEOUT_US = 160_000
 
 
-class StationLine:
+class StationLine(NetworkLine):
     """Line of rcx_harness.look.probe: a station, stepped as time passes."""
 
     step_us = packet_us = CYCLE_US
     tolerance_us = 2 * CYCLE_US
+    now_us = 0
 
     def __init__(self, config: RobotConfig, seed: int = 3) -> None:
         self.controller = Controller(config, seed)
         self.size = config.size
         self.identity = ["a virtual controller"]
-        self.now_us = 0
         self.closed = False
         self.lost_after_us: int | None = None
         self._images = NetworkInMemory(config.size)

@@ -66,7 +66,7 @@ class NetworkInMemory:
     def tell(self, kind: ConnectionKind, state: str, peer: str = "192.168.0.10") -> None:
         """A connection changes, as the cyclic part writes it down."""
         event = ConnectionEvent(self.now_us, kind, state, peer, 10_000, 10_000, self.listeners)
-        self.events.write(event.as_record())
+        self.events.write(asdict(event))
 
     def refuse(self, text: str) -> None:
         """A connection is refused, as the adapter's process writes it down."""

@@ -25,7 +25,6 @@ __all__ = [
     "Lost",
     "PlcSeen",
     "Registers",
-    "RobotSeen",
     "State",
     "area_of",
     "words_of",
@@ -149,13 +148,6 @@ class PlcSeen:
 
 
 @dataclass(frozen=True)
-class RobotSeen:
-    """The latest area from a robot that sends packets."""
-
-    area: bytes
-
-
-@dataclass(frozen=True)
 class Lost:
     """A side that is not there, with the reason in words."""
 
@@ -203,10 +195,11 @@ class Bridge:
         self._zero_us: int | None = None
         """Since when the PLC has had the news that it is not connected."""
 
-    def step(self, now_us: int, plc: PlcSeen | Lost, robot: RobotSeen | Lost) -> Actions:
+    def step(self, now_us: int, plc: PlcSeen | Lost, robot: bytes | Lost) -> Actions:
         """Evaluate both sides once and return the outputs.
 
-        `plc` is `Lost`, too, if the last write to it failed. `now_us` must never go back.
+        `plc` is `Lost`, too, if the last write to it failed. `robot` is the latest area of a robot
+        that sends packets. `now_us` must never go back.
         """
         self._watch_plc(now_us, plc)
         state, reason = self._judge(now_us, plc, robot)
@@ -214,9 +207,9 @@ class Bridge:
         if stopped or state in (State.NO_PLC, State.STANDING):
             self._zero_us = None
         self._state = state
-        if state is State.RUN and isinstance(plc, PlcSeen) and isinstance(robot, RobotSeen):
+        if state is State.RUN and isinstance(plc, PlcSeen) and isinstance(robot, bytes):
             self._life = self._life % _LAST_LIFE + 1
-            return Actions(plc.area, words_of(robot.area), self._life, state, "")
+            return Actions(plc.area, words_of(robot), self._life, state, "")
         return Actions(self._nothing, words_of(self._nothing), 0, state, reason)
 
     def _watch_plc(self, now_us: int, plc: PlcSeen | Lost) -> None:
@@ -239,9 +232,7 @@ class Bridge:
         if plc.beat != self._beat:
             self._beat, self._beat_us = plc.beat, now_us
 
-    def _judge(
-        self, now_us: int, plc: PlcSeen | Lost, robot: RobotSeen | Lost
-    ) -> tuple[State, str]:
+    def _judge(self, now_us: int, plc: PlcSeen | Lost, robot: bytes | Lost) -> tuple[State, str]:
         """Return the new state and its reason.
 
         The first fault counts: no answer of the PLC, a gap between two requests that is too long, a

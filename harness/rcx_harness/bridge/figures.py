@@ -19,7 +19,6 @@ class Rate:
     """The statistics of the last exchanges, 1,000 at most.
 
     Attributes:
-        count: All exchanges that succeeded since the start.
         per_second: Exchanges a second; 0 with fewer than two.
         median_us: Median of the round trips (read and write), in microseconds; 0 without any.
         p99_us: 99 % of the round trips took at most this long.
@@ -27,7 +26,6 @@ class Rate:
         age_us: Time since the last answer; None before the first.
     """
 
-    count: int
     per_second: float
     median_us: int
     p99_us: int
@@ -41,24 +39,21 @@ class Figures:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._kept: deque[tuple[int, int]] = deque(maxlen=_KEPT)
-        self._count = 0
 
     def add(self, ended_us: int, took_us: int) -> None:
         """Add an exchange that ended at `ended_us` and took `took_us`."""
         with self._lock:
             self._kept.append((ended_us, took_us))
-            self._count += 1
 
     def look(self, now_us: int) -> Rate:
         """Return the statistics at `now_us`, a time of the same clock."""
         with self._lock:
-            kept, count = list(self._kept), self._count
+            kept = list(self._kept)
         if not kept:
-            return Rate(0, 0.0, 0, 0, 0, None)
+            return Rate(0.0, 0, 0, 0, None)
         took = sorted(one for _, one in kept)
         span_us = kept[-1][0] - kept[0][0]
         return Rate(
-            count=count,
             per_second=(len(kept) - 1) * 1e6 / span_us if span_us else 0.0,
             median_us=took[len(took) // 2],
             p99_us=took[min(len(took) - 1, len(took) * 99 // 100)],

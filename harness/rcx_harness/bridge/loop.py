@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Callable
 
 from rcx_harness.bridge.core import (
     Actions,
@@ -12,15 +11,15 @@ from rcx_harness.bridge.core import (
     Lost,
     PlcSeen,
     Registers,
-    RobotSeen,
     State,
     area_of,
 )
 from rcx_harness.bridge.figures import Figures
-from rcx_harness.bridge.plc import PlcError
+from rcx_harness.bridge.plc import PlcError, PlcLink
 from rcx_harness.enip.cyclic.shared import now_us
+from rcx_harness.enip.originator.persistent_connection import PersistentConnection
 
-__all__ = ["Loop"]
+__all__ = ["Loop", "RobotLink"]
 
 _RETRY_US = 500_000
 _VALID_GAPS = 2
@@ -28,25 +27,13 @@ _VALID_GAPS = 2
 own process stands still, and nobody knows what the PLC wants."""
 
 
-class _PlcPort(Protocol):
-    """The methods of `rcx_harness.bridge.plc.PlcLink` that the loop uses."""
+class RobotLink(PersistentConnection):
+    """The exclusive-owner connection to the robot."""
 
-    @property
-    def connected(self) -> bool: ...
-
-    def connect(self) -> None: ...
-
-    def read(self) -> tuple[int, ...]: ...
-
-    def write(self, words: Sequence[int]) -> None: ...
-
-
-class _RobotPort(Protocol):
-    """The methods of `rcx_harness.bridge.robot.RobotLink` that the loop uses."""
-
-    def read(self) -> RobotSeen | Lost: ...
-
-    def write(self, image: bytes, valid_us: int | None) -> None: ...
+    def read(self) -> bytes | Lost:
+        """Return the latest area from the robot, or the reason of its loss."""
+        received = self.received()
+        return Lost(received) if isinstance(received, str) else received.image
 
 
 class Loop:
@@ -60,8 +47,8 @@ class Loop:
 
     def __init__(
         self,
-        plc: _PlcPort,
-        robot: _RobotPort,
+        plc: PlcLink,
+        robot: RobotLink,
         registers: Registers,
         limits: Limits,
         on_state: Callable[[State, str], None] = lambda state, reason: None,

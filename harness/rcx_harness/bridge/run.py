@@ -9,6 +9,7 @@ import time
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -16,9 +17,8 @@ from rich.text import Text
 
 from rcx_harness.bridge.core import Limits, Lost, Registers, State
 from rcx_harness.bridge.figures import figures_text, plc_text, robot_text, state_text
-from rcx_harness.bridge.loop import Loop
+from rcx_harness.bridge.loop import Loop, RobotLink
 from rcx_harness.bridge.plc import PlcError, PlcLink
-from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.cyclic.shared import now_us
 from rcx_harness.enip.originator.client import PORT
@@ -85,14 +85,13 @@ class Running(Closing):
         multiplier = multiplier_of(options.limits.gap_us, options.rpi_us)
         size = options.registers.size
 
-        def connect() -> Scanner:
-            return Scanner(
-                *(options.robot, size, options.rpi_us),
-                multiplier=multiplier,
-                address=options.address,
-                port=options.robot_port,
-            )
-
+        connect = partial(
+            Scanner,
+            *(options.robot, size, options.rpi_us),
+            multiplier=multiplier,
+            address=options.address,
+            port=options.robot_port,
+        )
         self.robot = RobotLink(f"{options.robot}:{options.robot_port}", size, connect)
         self.loop = Loop(
             *(self._plc, self.robot, options.registers, options.limits),

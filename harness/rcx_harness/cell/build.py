@@ -132,7 +132,7 @@ def make_link(name: str, size: int, timing: Timing) -> Link:
     if name == "direct":
         return DirectLink(size)
     if name == "enip":
-        from rcx_harness.enip import LockstepLink  # import the network only if it is used
+        from rcx_harness.enip.links import LockstepLink  # import the network only if it is used
 
         return LockstepLink(size)
     if name == "enip-realtime":

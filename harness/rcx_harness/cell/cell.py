@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rcx_harness.cell.build import Areas, Robots, make_agenda, make_members, several
 from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.counted_programs import count_programs
 from rcx_harness.cell.image import Image, find_image
 from rcx_harness.cell.link import Link, Network, PacketNetwork
 from rcx_harness.cell.node import Member, Node
@@ -19,6 +20,7 @@ from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import befall, check
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller
+from rcx_harness.robot.listing import listings
 from rcx_harness.robot.positions import axes_of
 from rcx_harness.robot.shape import shapes
 from rcx_harness.spec.wire import CYCLE_US
@@ -124,7 +126,15 @@ class Cell(Bench):
             program,
             timing.scan_us,
             watched=watched,
-            trace=Trace(header, trace, keep=keep, watched=watched.types, axes=axes, robots=drawn),
+            trace=Trace(
+                header,
+                trace,
+                keep=keep,
+                watched=watched.types,
+                axes=axes,
+                robots=drawn,
+                programs=[listings(one) for one in self.robots],
+            ),
             plc=Plc(
                 program,
                 retained,
@@ -244,6 +254,7 @@ class Cell(Bench):
             raise
         first, *further = members
         try:
+            count_programs([member.robot for member in members])
             return cls(
                 through(compiled.program),
                 first.robot,

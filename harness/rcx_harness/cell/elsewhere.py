@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from rcx_harness.cell.clock import Timing
@@ -80,16 +81,13 @@ class FarLink:
             configuration_data=where.configuration_data,
         )
 
-        def connect() -> Scanner:
-            return Scanner(
-                where.host,
-                asked,
-                timing.rpi_us,
-                multiplier=multiplier,
-                address=where.address,
-                port=where.port,
-            )
-
+        connect = partial(
+            Scanner,
+            *(where.host, asked, timing.rpi_us),
+            multiplier=multiplier,
+            address=where.address,
+            port=where.port,
+        )
         self.connection = PersistentConnection(where.name, size, connect, _OPTIONS)
         self._valid_us = max(timing.timeout_us, _WATCHDOG_SCANS * timing.scan_us)
 

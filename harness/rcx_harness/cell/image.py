@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from rcx_harness.spec.wire import check_size
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, Located, Type
 
-__all__ = ["ArrayImage", "Image", "LocatedImage", "Slot", "find_image", "owner_of_areas"]
+__all__ = ["ArrayImage", "Image", "LocatedImage", "Slot", "find_image", "owner_of_areas", "store"]
 
 _INPUT, _OUTPUT = "InputArea", "OutputArea"
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
@@ -28,28 +27,6 @@ class Slot(NamedTuple):
     bit: int
     width: int
     """Bytes; 0 for a single bit."""
-
-
-class Image(Protocol):
-    """The robot's two areas in the program's process image."""
-
-    @property
-    def slots(self) -> list[Slot]:
-        """Return the variables that receive the area from the robot."""
-
-    @property
-    def bridged(self) -> bool:
-        """Return whether the image is that of a bridge: the area is 0 without a connection."""
-
-    @property
-    def life_path(self) -> str:
-        """Return the path of the bridge's life word; empty without such a variable."""
-
-    def put(self, area: bytes, connected: bool = True) -> None:
-        """Write the area from the robot at offset m; `connected` is the state of the connection."""
-
-    def get(self) -> bytes:
-        """Read the area that goes to the robot, at offset n."""
 
 
 def find_image(program: Program, *, size: int, m: int, n: int, located: bool = False) -> Image:
@@ -144,7 +121,7 @@ def _check_end(name: str, offset: int, size: int, have: int, where: str) -> None
 
 
 class ArrayImage:
-    """The process image of a program with the arrays `InputArea` and `OutputArea`."""
+    """The process image of a program with the arrays `InputArea` and `OutputArea`; see `Image`."""
 
     bridged, life_path = False, ""
 
@@ -234,15 +211,7 @@ class LocatedImage:
         """Collect the area that goes to the robot from the outputs."""
         area = bytearray(self._size)
         for slot in self._outputs:
-            value = self._program.read(slot.path)
-            end = slot.start + slot.width
-            if slot.width == 0:
-                area[slot.start] |= int(value) << slot.bit
-            elif slot.kind in _FLOATS:
-                area[slot.start : end] = struct.pack(_FLOATS[slot.kind], value)
-            else:
-                mask = (1 << (8 * slot.width)) - 1
-                area[slot.start : end] = (int(value) & mask).to_bytes(slot.width, "little")
+            store(area, slot, self._program.read(slot.path))
         return bytes(area)
 
 
@@ -313,24 +282,27 @@ def _value(slot: Slot, area: bytes) -> object:
     if slot.width == 0:
         return bool(area[slot.start] >> slot.bit & 1)
     raw = area[slot.start : slot.start + slot.width]
-    convert: Callable[[bytes], object] = _CONVERT.get(slot.kind, _unsigned)
-    return convert(raw)
+    if slot.kind in _FLOATS:
+        return float(struct.unpack(_FLOATS[slot.kind], raw)[0])
+    return int.from_bytes(raw, "little", signed=slot.kind in _SIGNED)
 
 
-def _unsigned(raw: bytes) -> int:
-    return int.from_bytes(raw, "little")
-
-
-def _signed(raw: bytes) -> int:
-    return int.from_bytes(raw, "little", signed=True)
-
-
-def _float(form: str) -> Callable[[bytes], object]:
-    return lambda raw: struct.unpack(form, raw)[0]
+def store(area: bytearray, slot: Slot, value: Any) -> None:
+    """Write the value of a variable into its place in an area; the bits there are 0."""
+    end = slot.start + slot.width
+    if slot.width == 0:
+        area[slot.start] |= int(value) << slot.bit
+    elif slot.kind in _FLOATS:
+        area[slot.start : end] = struct.pack(_FLOATS[slot.kind], value)
+    else:
+        mask = (1 << (8 * slot.width)) - 1
+        area[slot.start : end] = (int(value) & mask).to_bytes(slot.width, "little")
 
 
 _FLOATS = {"REAL": "<f", "LREAL": "<d"}
-_CONVERT: dict[str, Callable[[bytes], object]] = {
-    **dict.fromkeys(("SINT", "INT", "DINT", "LINT"), _signed),
-    **{kind: _float(form) for kind, form in _FLOATS.items()},
-}
+_SIGNED = ("SINT", "INT", "DINT", "LINT")
+
+#: The robot's two areas in the program's process image. `slots` are the variables that receive the
+#: area from the robot. If `bridged`, the image is that of a bridge: the area is 0 without a
+#: connection. `life_path` is the path of the bridge's life word; empty without such a variable.
+Image = ArrayImage | LocatedImage

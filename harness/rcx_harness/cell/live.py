@@ -14,9 +14,11 @@ from rcx_harness.cell.clock import Timing
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState, now_us
 from rcx_harness.enip.errors import ProcessDiedError
-from rcx_harness.enip.links import Class1Link
+from rcx_harness.enip.links import AdapterLink
+from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.opening import Opener, multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from structured_text.bench.agenda import Action, Agenda
 from structured_text.errors import InputError
 from structured_text.output.system import fine_timers
@@ -74,13 +76,34 @@ class RealTimeAgenda(Agenda):
         return super().pop()
 
 
-class RealTimeLink(Class1Link):
-    """A cyclic connection that a thread opens, and reopens after a loss."""
+class RealTimeLink(AdapterLink):
+    """An exclusive-owner connection on the loopback interface; a thread opens it after each loss.
+
+    No call waits: it returns the data that arrived last, or sets the data to send next.
+
+    Attributes:
+        shared: Both areas at the robot's end, and the state of the connection.
+    """
 
     name = "enip-realtime"
 
     def __init__(self, size: int, timing: Timing) -> None:
-        super().__init__(size, timing.rpi_us, multiplier_of(timing.timeout_us, timing.rpi_us))
+        multiplier = multiplier_of(timing.timeout_us, timing.rpi_us)
+        options = AdapterOptions(rpi_min_us=1_000)
+        super().__init__(size, Adapter(size, cyclic=0, options=options))
+        self.shared = self.adapter.shared
+        host, port = self.adapter.address
+        try:
+            self.scanner = Scanner(
+                *(host, size, timing.rpi_us),
+                multiplier=multiplier,
+                address=host,
+                io_port=0,
+                port=port,
+            )
+        except BaseException:
+            self.adapter.close()
+            raise
         self._opener = Opener(self._opened, _FIRST_PACKET_S)
         self._opener.wanted = False
         self._opener.start(_LOOK_S, _REOPEN_S)
@@ -94,10 +117,24 @@ class RealTimeLink(Class1Link):
         """Request that the connection is open (True) or closed."""
         self._opener.wanted = connection
 
+    @property
+    def failure(self) -> str:
+        """Return which process ended by itself, and how; empty while all run."""
+        return self.adapter.failure or self.scanner.failure
+
+    def scanner_write(self, image: bytes) -> None:
+        """Set the data of the master's next packets, with the run state."""
+        self.scanner.write(image)
+
+    def scanner_read(self) -> bytes:
+        """Return the data that the master received last."""
+        return self.scanner.read().image
+
     def close(self) -> None:
         """End thread, connection and processes; a second call has no effect."""
         self._opener.end()
-        super().close()
+        self.scanner.close()
+        self.adapter.close()
 
     def _opened(self) -> Scanner:
         self.scanner.open()

@@ -13,124 +13,93 @@ from typer.core import TyperCommand, TyperGroup
 
 from structured_text.errors import InputError, OutputError, refused
 
-__all__ = ["COMMANDS", "OPTION_PANELS", "PANELS", "Later", "app", "main"]
+__all__ = ["COMMANDS", "OPTION_PANELS", "PANELS", "Later", "app", "home_of", "main"]
 
-#: In the order of `rcx --help`: its panels, and in each the function of a command, by its module in
-#: this folder, and the first sentence of its docstring. An `EPILOG` of the module stands at the end
-#: of its help.
+#: In the order of `rcx --help`: its panels, and in each the commands with the first sentences of
+#: their docstrings. An `EPILOG` of a command's module stands at the end of its help.
 PANELS = {
     "Program": {
-        "run": ("run:run", "Run a program in a virtual cell."),
+        "run": "Run a program in a virtual cell.",
         "check": (
-            "check:check",
-            "Check ST sources: syntax, types, portability, calls; with matiec too, where it "
-            "is found.",
+            "Check ST sources: syntax, types, portability, calls; with matiec too, where it is "
+            "found."
         ),
         "demo": (
-            "demo:demo",
-            "Run the first example against the virtual robot: its timing chart, and a page "
-            "to look at.",
+            "Run the first example against the virtual robot: its timing chart, and a page to "
+            "look at."
         ),
         "new": (
-            "new:new",
-            "Write a repository for a cell of your own: program, tests, virtual robot, CI files.",
+            "Write a repository for a cell of your own: program, tests, virtual robot, CI files."
         ),
         "debug": (
-            "debug:debug",
-            "Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards.",
+            "Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards."
         ),
-        "import": (
-            "import_:import_",
-            "Write the Structured Text of a project as .st files, one for each declaration.",
-        ),
+        "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
-            "export:export",
-            "Write the library for a PLC tool; `docs/how-to/export.md` says what was checked.",
+            "Write the library for a PLC tool; `docs/how-to/export.md` says what was checked."
         ),
     },
     "Robot": {
-        "serve": (
-            "serve:serve",
-            "Serve virtual controllers over EtherNet/IP in real time, for a real PLC.",
-        ),
+        "serve": "Serve virtual controllers over EtherNet/IP in real time, for a real PLC.",
         "points": (
-            "points:points",
             "Back up, restore or compare points, comments, shifts, hands and pallets of a "
-            "controller.",
+            "controller."
         ),
         "probe": (
-            "probe:probe",
-            "Ask a real controller what is assumed of it, step by step; you confirm each of them.",
+            "Ask a real controller what is assumed of it, step by step; you confirm each of them."
         ),
         "compare": (
-            "compare:compare",
             "Feed the virtual controller with what a PLC sent, and show where the recording "
-            "differs.",
+            "differs."
         ),
     },
     "Verify": {
         "campaign": (
-            "campaign:campaign",
-            "Let everything go wrong in a cell, at random: which rules and properties break?",
+            "Let everything go wrong in a cell, at random: which rules and properties break?"
         ),
         "sweep": (
-            "sweep:sweep",
             "Inject faults at every scan of a good run: from which moments does the cell not "
-            "recover?",
+            "recover?"
         ),
         "explore": (
-            "explore:explore",
-            "Go through all states of a small program, with a small controller in every order of "
-            "events.",
+            "Go through all states of a small program, with a small controller in every order "
+            "of events."
         ),
-        "prove": (
-            "prove:prove",
-            "Prove a program: in every run, with every answer of the robot and every input.",
-        ),
+        "prove": "Prove a program: in every run, with every answer of the robot and every input.",
         "mutants": (
-            "mutants:mutants",
             "Make one small mistake after the other in a program, and see whether its tests "
-            "find it.",
+            "find it."
         ),
     },
     "Network": {
         "scan": (
-            "scan:scan",
-            "Open a cyclic connection as a PLC does, and print identity, both areas and "
-            "every change.",
+            "Open a cyclic connection as a PLC does, and print identity, both areas and every "
+            "change."
         ),
-        "bridge": (
-            "bridge:bridge",
-            "Bridge a PLC with Modbus TCP, such as OpenPLC, and a controller on EtherNet/IP.",
-        ),
-        "record": (
-            "record:record",
-            "Capture the traffic between a PLC and its controllers; nothing is sent.",
-        ),
+        "bridge": "Bridge a PLC with Modbus TCP, such as OpenPLC, and a controller on EtherNet/IP.",
+        "record": "Capture the traffic between a PLC and its controllers; nothing is sent.",
         "judge": (
-            "judge:judge",
-            "Judge a recording of a PLC and its controllers: who broke a rule of the wire, "
-            "and when.",
+            "Judge a recording of a PLC and its controllers: who broke a rule of the wire, and "
+            "when."
         ),
         "eds": (
-            "eds:eds",
-            "Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration "
-            "tool.",
+            "Write the virtual controller's electronic data sheet (EDS) for a PLC's "
+            "configuration tool."
         ),
     },
     "Data": {
-        "encode": (
-            "codec:encode",
-            "Print the telegram of a remote command, in words and in plain language.",
-        ),
-        "decode": ("codec:decode", "Say what the words of a telegram mean."),
-        "view": (
-            "view:view",
-            "Write a recording as one page of HTML, which works without a network.",
-        ),
+        "encode": "Print the telegram of a remote command, in words and in plain language.",
+        "decode": "Say what the words of a telegram mean.",
+        "view": "Write a recording as one page of HTML, which works without a network.",
     },
 }
-COMMANDS = {name: entry for commands in PANELS.values() for name, entry in commands.items()}
+COMMANDS = {name: first for commands in PANELS.values() for name, first in commands.items()}
+#: Module and function of a command, if they do not have its name.
+_HOMES = {
+    "import": ("import_", "import_"),
+    "encode": ("codec", "encode"),
+    "decode": ("codec", "decode"),
+}
 
 #: If a command has more options than this, its help shows the rare ones in these panels, by the
 #: names of their parameters. The common options come first.
@@ -168,9 +137,7 @@ class _Commands(TyperGroup):
         width = max(map(len, COMMANDS))
         for panel, commands in PANELS.items():
             with formatter.section(panel):
-                formatter.write_dl(
-                    [(f"{name:{width}}", first) for name, (_, first) in commands.items()]
-                )
+                formatter.write_dl([(f"{name:{width}}", first) for name, first in commands.items()])
 
 
 _app = typer.Typer(
@@ -182,12 +149,17 @@ _app = typer.Typer(
 )
 
 
+def home_of(name: str) -> tuple[str, str]:
+    """Return the module of a command in this folder, and its function there."""
+    return _HOMES.get(name, (name, name))
+
+
 class Later(TyperCommand):
     """A command that is listed with its first sentence, and loaded when it is called."""
 
     def loaded(self) -> Any:
         """Return the command itself, and import its module on first use."""
-        module, _, function = COMMANDS[str(self.name)][0].partition(":")
+        module, function = home_of(str(self.name))
         gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
         try:
             home = import_module(f"rcx_harness.cli.{module}")
@@ -251,7 +223,7 @@ def _options(
 def _group() -> TyperGroup:
     group = typer.main.get_command(_app)
     assert isinstance(group, TyperGroup)
-    for name, (_, first) in COMMANDS.items():
+    for name, first in COMMANDS.items():
         group.add_command(Later(name, help=first, rich_markup_mode="markdown"))
     return group
 

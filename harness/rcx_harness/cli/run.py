@@ -45,6 +45,7 @@ from rcx_harness.trace.explaining import shown_errors
 from rcx_harness.trace.scale import scaled_svg, scaled_text
 from rcx_harness.trace.view.page import View
 from rcx_harness.trace.wave import Wave
+from rcx_harness.watch.block_errors import BlockErrors
 from rcx_harness.watch.safety_source import safety_inputs
 from structured_text.bench import Bench
 from structured_text.bench import stimulus as stimuli
@@ -67,6 +68,8 @@ EPILOG = "Events of a stimulus:\n\n" + "\n".join(f"- {one}: {EVENTS[one]}" for o
 #: Interval between progress reports [s of real time].
 _REPORT_S = 0.25
 _SLICES = 400
+#: Errors of blocks that are shown.
+_MOST_ERRORS = 5
 #: Default time-out in real time: the longer of so many intervals and of this time.
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 #: Shorter work is not reported [s of real time].
@@ -344,7 +347,7 @@ def _run(
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     with made as cell:
-        timeline, safe = Timeline(cell.trace), _Safe()
+        timeline, safe, errors = Timeline(cell.trace), _Safe(), _errors_of(cell)
         cell.trace.listen(heard(timeline.take))
         if isinstance(cell, Cell):
             cell.trace.listen(safe.take)
@@ -392,10 +395,25 @@ def _run(
         if options.view is not None and view is not None:
             replace_files({options.view: view.page(_title(options, cell))})
         unsafe = safe.told(cell, files, options) if connected else ""
-    notice = "\n".join(filter(None, (cell.notice, late, unsafe)))
+    ended = [f"note: {text}" for text in errors.texts(_MOST_ERRORS)] if errors else []
+    notice = "\n".join(filter(None, (cell.notice, late, unsafe, *ended)))
     coverage = _concluded(options, collector) if collector is not None else None
     silence = given["connect"].tell.last if options.connect is not None else ""
     return _Outcome(cell, end_us, notice, timeline, connected, silence, coverage)
+
+
+def _errors_of(cell: Bench) -> BlockErrors | None:
+    """Return the errors of the blocks of a cell; they are collected in each scan from now on."""
+    if not isinstance(cell, Cell):
+        return None
+    errors = BlockErrors(cell.program)
+
+    def take(record: Record) -> None:
+        if isinstance(record, Scan):
+            errors.scan(record.t_us)
+
+    cell.trace.listen(take)
+    return errors
 
 
 class _Safe:

@@ -57,7 +57,6 @@ class ScanOptions:
         duration_us: Time to observe after the first packet, in microseconds.
         kind: An exclusive owner drives the robot; the others send no data.
         writes: What an exclusive owner sends, as `NAME=VALUE`; everything else is 0.
-        multiplier: Connection time-out multiplier as coded, 0 to 7.
         address: Address of this machine to send from; empty: the system chooses.
         trace: File for a trace; None: no file.
     """
@@ -68,7 +67,6 @@ class ScanOptions:
     duration_us: int = 5_000_000
     kind: ConnectionKind = ConnectionKind.INPUT_ONLY
     writes: Sequence[str] = ()
-    multiplier: int = 3
     port: int = PORT
     address: str = ""
     trace: Path | None = None
@@ -122,7 +120,7 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
         asked,
         options.rpi_us,
         kind=options.kind,
-        multiplier=options.multiplier,
+        multiplier=3,
         address=options.address,
         port=options.port,
     ) as scanner:
@@ -162,7 +160,7 @@ def _first(scanner: Scanner) -> Received:
         if failure := scanner.failure:
             raise ProcessDiedError(failure)
         if time.monotonic() > deadline:
-            raise no_packet(scanner, _FIRST_S)
+            raise no_packet(scanner.drops(), _FIRST_S)
         time.sleep(_LOOK_S)
     return received
 

@@ -9,7 +9,7 @@ from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.geometry import Frame
-from rcx_harness.robot.kinematics import CARTESIAN, Scara
+from rcx_harness.robot.kinematics import CARTESIAN, Kinematics, Scara
 from rcx_harness.robot.stored import AXES, ROBOTS
 from rcx_harness.spec.robots import law
 
@@ -179,7 +179,8 @@ class Arm:
     def frame_with(self, hand_system: int) -> Frame:
         """Return its coordinates with the arm in a hand system: 1 right-handed, 2 left-handed."""
         hand = self._memory.hand(self.number, self.settings.hand)
-        tool, kinematics = hand.data[:3], CARTESIAN
+        tool = hand.data[:3]
+        kinematics: Kinematics = CARTESIAN
         if self.model and self.model.scara:
             arm1, arm2 = (1000 * arm for arm in self.model.arms)
             offset = 0.0

@@ -154,12 +154,9 @@ class Accumulated:
         `item` is 1 for the power ON count, 2 for the motor power ON count, 3 for the operating
         time, 0 for all.
         """
-        if item in (0, 1):
-            self.power_on_count = 0
-        if item in (0, 2):
-            self.motor_power_on_count = 0
-        if item in (0, 3):
-            self.operating_us = 0
+        names = ("power_on_count", "motor_power_on_count", "operating_us")
+        for name in names if item == 0 else (names[item - 1],):
+            setattr(self, name, 0)
 
 
 @dataclass(frozen=True)
@@ -261,10 +258,6 @@ class Data:
         self.torques.observe(self._positions)
         self.accumulated.observe(now_us, self._positions, self._servos)
         self.real_time.observe(now_us, self.quantity)
-
-    def next_due_us(self) -> int | None:
-        """Return when the next update is due even if nothing else happens; else None."""
-        return self.real_time.next_due_us()
 
     def quantity(self, name: str, index: int) -> int:
         """Return the current value of a quantity of the real time output as an unsigned word.

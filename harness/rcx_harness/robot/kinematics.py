@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 __all__ = ["CARTESIAN", "Kinematics", "Scara", "UnreachableError"]
 
@@ -21,35 +20,6 @@ _HALF_TURN, _TURN = 180 * _UNIT, 360 * _UNIT
 
 class UnreachableError(ValueError):
     """The error of a place that no position of the joints can reach."""
-
-
-class Kinematics(Protocol):
-    """The interface of the kinematics of a robot type.
-
-    Attributes:
-        straight: A line in space is also a line of the joints.
-        left: The arm is (or is to be) left-handed; of a SCARA robot only.
-    """
-
-    @property
-    def straight(self) -> bool:
-        """Return whether a line in space is also a line of the joints."""
-
-    @property
-    def left(self) -> bool:
-        """Return whether the arm is left-handed."""
-
-    def forward(self, joints: Sequence[float]) -> list[float]:
-        """Return the place of the flange."""
-
-    def inverse(self, place: Sequence[float]) -> list[float]:
-        """Return the joints that bring the flange to a place."""
-
-    def bend(self, joints: Sequence[float]) -> float | None:
-        """Return the bend of the arm [degree], positive right-handed; None without an arm.
-
-        The bend of the stretched arm is 0.
-        """
 
 
 @dataclass(frozen=True)
@@ -72,7 +42,7 @@ class _Cartesian:
         return None
 
 
-CARTESIAN: Kinematics = _Cartesian()
+CARTESIAN = _Cartesian()
 
 
 @dataclass(frozen=True)
@@ -132,6 +102,11 @@ class Scara:
         """Return the angle between arm 1 and the line to the hand [degree]."""
         angle = joints[_Y] + self.offset
         return ((angle + _HALF_TURN) % _TURN - _HALF_TURN) / _UNIT
+
+
+#: The kinematics of a robot type. `straight`: a line in space is also a line of the joints; `left`:
+#: the arm is (or is to be) left-handed.
+Kinematics = _Cartesian | Scara
 
 
 def _polar(length: float, angle: float) -> tuple[float, float]:

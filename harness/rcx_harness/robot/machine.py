@@ -149,7 +149,7 @@ class Machine:
         due = list(self.pending.values())
         if (program_us := self.program.next_due_us(self.now_us)) is not None:
             due.append(program_us)
-        if (data_us := self.data.next_due_us()) is not None:
+        if (data_us := self.data.real_time.next_due_us()) is not None:
             due.append(data_us)
         return min(due, default=None)
 

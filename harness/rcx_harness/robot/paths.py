@@ -12,7 +12,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
 
 from rcx_harness.robot.alarms import SOFT_LIMIT, CommandError
 from rcx_harness.robot.arm import Arm
@@ -113,37 +112,30 @@ class AxisMove:
         return Profile.over(abs(self.way), self.speed, self.acceleration, self.deceleration)
 
 
-class Path(Protocol):
-    """The interface of a path to a target; paths never change."""
+class Path:
+    """A path to a target. It never changes, so its deep copy is itself: snapshots stay cheap.
 
-    @property
-    def target(self) -> Mapping[int, int]:
-        """Return the target [pulses] of each moving axis by its index."""
+    Attributes:
+        target: Target [pulses] of each moving axis by its index.
+        seconds: Time from start to target.
+        arrival: Parameter with the distance at which an axis counts as arrived.
+        approach: Time [s] from which on an axis can count as arrived; it may pass earlier.
+    """
 
-    @property
-    def seconds(self) -> float:
-        """Return the time from start to target [s]."""
-
-    @property
-    def arrival(self) -> str:
-        """Return the parameter with the distance at which an axis counts as arrived."""
-
-    @property
-    def approach(self) -> float:
-        """Return the time [s] from which on an axis can count as arrived; it may pass earlier."""
+    target: Mapping[int, int]
+    seconds: float
+    arrival: str
+    approach: float
 
     def at(self, t: float) -> Mapping[int, float]:
         """Return the positions of the moving axes `t` seconds after the start, before the end."""
+        raise NotImplementedError
 
-
-class _Fixed:
-    """An immutable object; its deep copy is the object itself, which keeps snapshots cheap."""
-
-    def __deepcopy__(self, memo: object) -> _Fixed:
+    def __deepcopy__(self, memo: object) -> Path:
         return self
 
 
-class PtpPath(_Fixed):
+class PtpPath(Path):
     """A PTP path: all axes start and end together; the slowest axis moves as fast as it can."""
 
     arrival = "TOLE"
@@ -162,7 +154,7 @@ class PtpPath(_Fixed):
         return {move.axis: move.start + move.way * share for move in self._moves}
 
 
-class CurvePath(_Fixed):
+class CurvePath(Path):
     """A path of the tool along a curve; the axes follow from its place in millimetres."""
 
     arrival = "TOLE"
@@ -184,7 +176,7 @@ class CurvePath(_Fixed):
         return {index: pulses[place] for place, index in self._axes.items()}
 
 
-class ArchPath(_Fixed):
+class ArchPath(Path):
     """An arch: one axis to its arch position, the others, that axis to its target (guide, 4.2.1).
 
     The others start once the arch axis has done distance 1, at the latest at the arch position. The

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 from rcx_harness.spec import command
 
@@ -70,6 +71,9 @@ QUANTITIES = tuple(
     name + half for name in (*QUANTITIES_OF_AXIS, *_OF_SYSTEM) for half in ("", HIGH_WORD)
 )
 
+#: Four bits of a telegram to an arm rotation; all other patterns mean 0.
+_TURNS = {1: 1, 15: -1}
+
 #: Shift data of axes 1 to 4 [0.001 mm, 0.001 degree] (guide, 4.3.4).
 Shift = tuple[int, int, int, int]
 
@@ -87,6 +91,19 @@ class Point:
     arm1: int = 0
     arm2: int = 0
 
+    @classmethod
+    def of(cls, fields: Mapping[str, Any]) -> Point:
+        """Return the point in the fields of a telegram (guide, 4.3.1)."""
+        arm1, arm2 = (_TURNS.get(fields[name], 0) for name in ("arm1", "arm2"))
+        hand = fields["hand"] % 3  # 3 is none, as 0
+        return cls(tuple(fields["positions"]), bool(fields["unit"]), hand, arm1, arm2)
+
+    @property
+    def fields(self) -> dict[str, Any]:
+        """Return the point as the fields of a telegram."""
+        turns = {"arm1": self.arm1 & 0xF, "arm2": self.arm2 & 0xF}
+        return {"unit": int(self.mm), "hand": self.hand, **turns, "positions": self.data}
+
 
 @dataclass(frozen=True)
 class Pallet:
@@ -102,6 +119,16 @@ class Pallet:
         """Return the number of its work positions; they are numbered from 1."""
         return self.nx * self.ny * self.nz
 
+    @classmethod
+    def of(cls, fields: Mapping[str, Any]) -> Pallet:
+        """Return the pallet in the fields of a telegram."""
+        return cls(fields["nx"], fields["ny"], fields["nz"], fields["first_point"])
+
+    @property
+    def fields(self) -> dict[str, int]:
+        """Return the pallet as the fields of a telegram."""
+        return {"nx": self.nx, "ny": self.ny, "nz": self.nz, "first_point": self.first}
+
 
 @dataclass(frozen=True)
 class Hand:
@@ -111,6 +138,16 @@ class Hand:
     """
 
     data: tuple[int, int, int, int] = (0, 0, 0, 0)
+
+    @classmethod
+    def of(cls, fields: Mapping[str, Any]) -> Hand:
+        """Return the hand in the fields of a telegram."""
+        return cls((fields["data1"], fields["data2"], fields["data3"], fields["data4"]))
+
+    @property
+    def fields(self) -> dict[str, int]:
+        """Return the hand as the fields of a telegram."""
+        return {f"data{k}": value for k, value in enumerate(self.data, 1)}
 
     @property
     def on_r_axis(self) -> bool:

@@ -20,6 +20,7 @@ from rcx_harness.robot.ports import Port, Ports
 from rcx_harness.robot.program.code import program_code
 from rcx_harness.robot.program.execution import NEXT, STAY, Frame, Order, Statement, execute
 from rcx_harness.robot.program.motion import Request
+from rcx_harness.robot.program.observing import Observers
 from rcx_harness.robot.program.syntax import Program
 from rcx_harness.robot.program.values import Value
 
@@ -93,6 +94,7 @@ class RobotTask:
         priority: 1 (first in each cycle) to 64.
         temporary: A program has registered it; it leaves the table at its end or reset.
         variables: Its variables by name; elements of arrays as `A%(3)`.
+        begun: Position of the instruction that has begun and not ended; -1: none.
     """
 
     def __init__(self, program: RobotProgram, variables: dict[str, Value], plain: str) -> None:
@@ -109,6 +111,7 @@ class RobotTask:
     def rewind(self) -> None:
         """Go back to the first instruction; the program's own variables have no value again."""
         self.at = 0
+        self.begun = -1
         self.elapsed_us = 0
         self.until_us: int | None = None
         """The end of the wait under way, counted as `elapsed_us`; None without an end."""
@@ -135,6 +138,21 @@ class RobotTask:
     def line(self) -> int:
         """Return the line that is executed, from 1."""
         return self.code.line(self.at)
+
+    @property
+    def stack(self) -> list[tuple[str, int]]:
+        """Return the subroutines that have not returned and the current line of each.
+
+        The innermost is first; the last is the program. Labels have their asterisk.
+        """
+        names = [self.program.name, *(self._called(frame) for frame in self.frames)]
+        lines = [*(self.code.line(frame.back - 1) for frame in self.frames), self.line]
+        return list(zip(names, lines, strict=True))[::-1]
+
+    def _called(self, frame: Frame) -> str:
+        """Return the name of the subroutine of a call."""
+        call = self.code.code[frame.back - 1]
+        return str(call.args[0]) if call.kind in ("call", "gosub") else "GOSUB"
 
     @property
     def endless(self) -> bool:
@@ -201,6 +219,7 @@ class RobotTask:
     def skip(self) -> None:
         """Skip the current line."""
         self.until_us, self.waits, self.execution = None, False, None
+        self.begun = -1
         self.state = "stopped"
         self.at = self.code.behind(self.line)
         self.come_round()
@@ -256,6 +275,7 @@ class Programs:
         is_reset: The program has been reset and not started since: SO(14).
         variables: The variables of the programs that are steps of the robot file, by name.
         errors: The errors that have stopped a program since power-on.
+        observers: Informed of each instruction.
     """
 
     def __init__(self, machine: Surroundings) -> None:
@@ -263,6 +283,7 @@ class Programs:
         self.config = config = machine.config
         self.variables: dict[str, Value] = {}
         self.errors: list[ProgramError] = []
+        self.observers = Observers()
         plain = config.plain_variables
         self.tasks = [RobotTask(program, self.variables, plain) for program in config.programs]
         self.tasks[0].number = TASKS[0]
@@ -497,6 +518,10 @@ class Programs:
             if at >= len(code):
                 self._finish(task, now_us)
                 return
+            if task.begun != at:
+                task.begun = at
+                for observer in self.observers:
+                    observer.begins(task, at)
             try:
                 to = execute(code[at], task, self)
             except CommandError as error:
@@ -506,6 +531,9 @@ class Programs:
                 to = self._failed(task, error.number)
             if task.state in ("ended", "ready") or to == STAY:
                 return
+            task.begun = -1
+            for observer in self.observers:
+                observer.ends(task, at, to)
             task.at = at + 1 if to == NEXT else to
             if task.state != "running":  # by its own SUSPEND or HOLD: it continues behind that line
                 return

@@ -5,19 +5,19 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 
-from rcx_harness import spec
 from rcx_harness.cell import Cell
+from rcx_harness.robot.listing import task_places
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.explaining import shown_errors
+from rcx_harness.trace.tasks import statement_of, task_text
 from rcx_harness.trace.view.page import View
+from rcx_harness.watch.block_errors import error_names, error_text
 from structured_text.language.types import BlockType, ElementaryType, EnumType
 from structured_text.output.console import draws
 from structured_text.output.files import replace_files
-from structured_text.output.toml_files import load_toml
 from structured_text.output.units import format_us
 
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
@@ -69,8 +69,11 @@ def chart_of(cell: Cell) -> str:
 
 
 def state_of(cell: Cell) -> str:
-    """Return the programs' plain variables, and the blocks that are busy or in error."""
-    return "\n".join(_state(cell))
+    """Return the programs' plain variables, the blocks that are busy or in error, and the tasks.
+
+    A task is shown with its line if a robot program is a text.
+    """
+    return "\n".join([*_state(cell), *_tasks(cell)])
 
 
 def watched_of(cell: Cell) -> str:
@@ -113,14 +116,19 @@ def _state(cell: Cell) -> Iterator[str]:
                 yield from _block(cell, path, variable.type)
 
 
+def _tasks(cell: Cell) -> Iterator[str]:
+    """Yield a line for each task: `robot task 1: PLACE:4 WAIT SI(20)=1`."""
+    for number, (robot, programs) in enumerate(zip(cell.robots, cell.trace.programs, strict=True)):
+        who = f"controller {number + 1}, " if number else ""
+        for task in task_places(robot) if programs else ():
+            text = task_text(task, statement_of(programs, task))
+            yield f"{who}robot task {task['task']}: {text}"
+
+
 def _block(cell: Cell, path: str, kind: BlockType) -> Iterator[str]:
     pins = {variable.name for variable in kind.variables}
     if "ErrorID" in pins and cell[f"{path}.ErrorID"]:
-        number = int(str(cell[f"{path}.ErrorID"]))
-        alarm = ""
-        if "AlarmCategory" in pins and cell[f"{path}.AlarmGroup"]:
-            alarm = f", alarm {cell[f'{path}.AlarmGroup']}.{cell[f'{path}.AlarmCategory']}"
-        yield f"{path}: error 16#{number:04X} ({_errors().get(number, 'unknown')}{alarm})"
+        yield f"{path}: {error_text(cell.program, path, kind)}"
     elif "Busy" in pins and cell[f"{path}.Busy"]:
         yield f"{path}: busy"
 
@@ -129,12 +137,6 @@ def _shown(cell: Cell, path: str, kind: ElementaryType | EnumType) -> str:
     value = cell[path]
     if kind == ElementaryType("WORD"):
         number = int(str(value))
-        about = f" ({_errors()[number]})" if number in _errors() else ""
+        about = f" ({error_names()[number]})" if number in error_names() else ""
         return f"16#{number:04X}{about}"
     return str(value)
-
-
-@lru_cache(maxsize=1)
-def _errors() -> dict[int, str]:
-    table = load_toml(spec.folder() / "errors.toml")["error"]
-    return {entry["id"]: entry["name"] for entry in table}

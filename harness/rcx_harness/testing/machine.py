@@ -10,11 +10,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hypothesis import note
+import pytest
+from hypothesis import HealthCheck, note
+from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
     RuleBasedStateMachine,
@@ -22,19 +24,27 @@ from hypothesis.stateful import (
     invariant,
     precondition,
     rule,
+    run_state_machine_as_test,
 )
 
+from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Entry
+from rcx_harness.testing.cells import folder_of
+from rcx_harness.testing.settings import artifacts, settings_of
 from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import RECOVERY, Course
+from rcx_harness.verify.storm.demands import Demands
 from rcx_harness.verify.storm.replay import replay_of
 from rcx_harness.verify.storm.storms import Failure
 from rcx_harness.verify.storm.written import write
+from structured_text.testing.settings import project
 
-__all__ = ["CellMachine", "bound"]
+__all__ = ["CellMachine", "run_machine"]
 
 #: Faults without a duration.
 _AT_ONCE = ("power_cycle", "alarm", "plc_overrun")
+_QUIET = (HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much)
 _HELD_MS = st.sampled_from((10, 20, 50, 100, 200, 500, 1000, 3000))
 
 
@@ -143,6 +153,33 @@ class CellMachine(RuleBasedStateMachine):
         return f"{replay.text}replay: {shown}"
 
 
-def bound(machine: type[CellMachine], cells: Cells, replay_file: Path) -> type[CellMachine]:
-    """Return a subclass of the machine with these cells and this replay file."""
-    return type(machine.__name__, (machine,), {"cells": cells, "replay_file": replay_file})
+def run_machine(
+    item: pytest.Item,
+    demands: Sequence[str],
+    machine: type[CellMachine] | None,
+    settings: Mapping[str, Any],
+    temporary: Path,
+) -> None:
+    """Run a machine on cells with the settings of a test.
+
+    `demands` are files relative to the project's folder. Without `machine` the ready-made one runs.
+    `temporary` is the folder for a failing run if the project names none.
+    """
+    options = settings_of(item, {})
+    home = project(item.config)
+    replaced = options.pop("replace", None)
+    files = source_files(options.pop("program"), options.pop("lib", None), replaced)
+    compiled = Compiled(files, options.pop("engine", "auto"))
+    options.pop("seed", None)
+    made = Demands.load([home / one for one in demands])
+    cells = Cells(compiled, options, made)
+    parent = artifacts(item.config)
+    folder = temporary if parent is None else parent / folder_of(item)
+    base = machine or CellMachine
+    attributes = {"cells": cells, "replay_file": folder / "replay.toml"}
+    wanted: type[CellMachine] = type(base.__name__, (base,), attributes)
+    given = {"deadline": None, "suppress_health_check": _QUIET, **settings}
+    try:
+        run_state_machine_as_test(wanted, settings=hypothesis_settings(**given))
+    finally:
+        compiled.close()

@@ -123,7 +123,7 @@ def rcx_machine(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[...,
 
     def run(*demands: str, machine: Any = None, **settings: Any) -> None:
         try:
-            from rcx_harness.testing.machines import run_machine
+            from rcx_harness.testing.machine import run_machine
         except ModuleNotFoundError as error:
             if error.name != "hypothesis":
                 raise

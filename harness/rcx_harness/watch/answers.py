@@ -15,7 +15,7 @@ from structured_text.output.units import format_word
 
 __all__ = ["AnswerMonitor"]
 
-_STATUS, _RESPONSE = slice(0, 2), slice(2, DEDICATED_AT)
+_RESPONSE = slice(2, DEDICATED_AT)
 _RESERVED = slice(RESERVED_AT, RESERVED_AT + 2)
 _CPU_OK = 0x02
 

@@ -56,14 +56,11 @@ class _Instance:
 
     pins: tuple[str, ...] = ("error", "errorid")
 
-    #: No instance around it is watched, so its findings are reported for itself.
-    topmost: bool = False
-
-    def __init__(self, path: str, names: dict[str, str], steady: bool) -> None:
-        self.path, self.steady = path, steady
+    def __init__(self, found: _Found) -> None:
+        self.path, names, self.steady, self.outermost, self.topmost = found[1:]
         # The order of declaration keeps the pins adjacent in memory.
         there = [pin for pin in names if pin in self.pins]
-        self.read = [f"{path}.{names[pin]}" for pin in there]
+        self.read = [f"{self.path}.{names[pin]}" for pin in there]
         """Paths of the pins that there are."""
         self._at = [there.index(pin) if pin in names else None for pin in self.pins]
         self.has_id = "errorid" in names
@@ -131,9 +128,6 @@ class _Edge(_Instance):
 
     pins = ("execute", "busy", "done", "error", "commandaborted", "active", "errorid")
 
-    #: It is declared in a program. A block may call an inner block twice in a scan.
-    outermost: bool
-
     def _may_not_last(self) -> bool:
         execute, *rest = self._by_pin(self.before)
         return not execute and _Pins(*rest).end
@@ -168,7 +162,7 @@ class ContractMonitor:
     def __init__(self, program: Program, steady: Collection[str] = ()) -> None:
         known = frozenset(steady)
         self.instances = [
-            _made(*found)
+            found.kind(found)
             for name, kind in program.instances().items()
             if isinstance(kind, BlockType)
             for found in _all_inside(name, kind, known)
@@ -213,7 +207,12 @@ class ContractMonitor:
 
 
 class _Found(NamedTuple):
-    """The data of an instance: its contract, path, pins, and its place among the blocks."""
+    """The data of an instance: its contract, path, pins, and its place among the blocks.
+
+    Attributes:
+        outermost: It is declared in a program. A block may call an inner block twice in a scan.
+        topmost: No instance around it is watched, so its findings are reported for itself.
+    """
 
     kind: type[_Instance]
     path: str
@@ -221,21 +220,6 @@ class _Found(NamedTuple):
     steady: bool
     outermost: bool
     topmost: bool
-
-
-def _made(
-    kind: type[_Instance],
-    path: str,
-    names: dict[str, str],
-    steady: bool,
-    outermost: bool,
-    topmost: bool,
-) -> _Instance:
-    instance = kind(path, names, steady)
-    instance.topmost = topmost
-    if isinstance(instance, _Edge):
-        instance.outermost = outermost
-    return instance
 
 
 @lru_cache(maxsize=64)

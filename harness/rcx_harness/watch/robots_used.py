@@ -18,8 +18,6 @@ from structured_text.language.walk import nodes, parts
 __all__ = ["Call", "Place", "Robot", "RobotsUsed", "pins_of", "robot_pins"]
 
 _REF = "RCX_REF"
-#: Parts of a statement or expression that are not code.
-_NO_CODE = ("at", "type", "block", "symbol", "method")
 
 #: A variable by its names in upper case, from the program instance on; globals begin with "".
 Place = tuple[str, ...]

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 
-from rcx_harness.spec import folder
-from structured_text.output.toml_files import load_toml
+from rcx_harness.spec.rules import rules
 
 __all__ = ["section_of"]
 
@@ -30,5 +29,4 @@ def section_of(rule: str) -> str:
 
 @lru_cache(maxsize=1)
 def _of_controller() -> Mapping[str, str]:
-    rules = load_toml(folder() / "rules.toml")["rule"]
-    return {one["id"]: one.get("section", "") for one in rules}
+    return {one.id: one.section for one in rules()}

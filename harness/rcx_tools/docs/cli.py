@@ -17,7 +17,7 @@ def commands_index() -> Iterator[str]:
     yield "mistake in the input, 3 is an error of `rcx` itself.\n"
     yield "| Command | What it does |\n|---|---|"
     for name in sorted(COMMANDS):
-        yield f"| [`rcx {name}`](cli/{name}.md) | {_cell(COMMANDS[name][1])} |"
+        yield f"| [`rcx {name}`](cli/{name}.md) | {_cell(COMMANDS[name])} |"
 
 
 def command_page(name: str) -> Iterator[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from structured_text.coverage.listing import Branch, Listed, Listing, Point, Text, listing
-from structured_text.engines.builtin.collector import Collector, Counted
+from structured_text.engines.builtin.collector import Collector, Counted, CountedText
 from structured_text.errors import InputError
 from structured_text.language.compiling import deeply
 
@@ -21,7 +21,7 @@ Part = Mapping[str, Any]
 
 def part_of(collector: Collector) -> Part:
     """Return the counts of a collector, with the texts of the files that have not changed since."""
-    made = deeply(lambda: _Part(collector.counted))
+    made = deeply(lambda: _Part(collector.counted, collector.texts))
     return {
         "files": made.files,
         "pous": made.pous,
@@ -33,13 +33,15 @@ def part_of(collector: Collector) -> Part:
 class _Part:
     """A part under construction."""
 
-    def __init__(self, counted: Iterable[Counted]) -> None:
+    def __init__(self, counted: Iterable[Counted], texts: Iterable[CountedText] = ()) -> None:
         self.files: list[dict[str, Any]] = []
         self.pous: list[dict[str, Any]] = []
         self.changed: set[str] = set()
         self._texts: dict[tuple[str, tuple[Path, ...]], Text | None] = {}
         for one in counted:
             self._add(one)
+        for text in texts:
+            self._add_text(text)
 
     def _add(self, one: Counted) -> None:
         key = one.file, one.sources
@@ -64,11 +66,32 @@ class _Part:
             }
         )
 
+    def _add_text(self, one: CountedText) -> None:
+        """Add a program in another language."""
+        if not _is_unchanged(one.file, one.hash):
+            self.changed.add(one.file)
+            return
+        entry = {"file": one.file, "hash": one.hash}
+        lines, reasons = list(one.lines.items()), list(one.reasons.items())
+        self.files.append({**entry, "lines": lines, "reasons": reasons})
+        self.pous.append(
+            {
+                **entry,
+                "counters": list(one.counters),
+                "seen": [],
+                "pou": one.name,
+                "line": one.line,
+                "statements": list(one.statements),
+                "branches": list(one.branches),
+                "decisions": [],
+            }
+        )
+
     def _text(self, one: Counted) -> Text | None:
         """Return the text of a POU's file; None if the file has changed since it was compiled."""
         file = Path(one.file)
         try:
-            if hashlib.sha256(file.read_bytes()).hexdigest() != one.hash:
+            if not _is_unchanged(one.file, one.hash):
                 return None
             text = Text(file, one.sources)
         except (OSError, InputError):
@@ -77,6 +100,14 @@ class _Part:
         lines, reasons = list(text.lines.items()), list(text.reasons.items())
         self.files.append({**entry, "lines": lines, "reasons": reasons})
         return text
+
+
+def _is_unchanged(file: str, before: str) -> bool:
+    """Return whether a file is there and its content still has this hash."""
+    try:
+        return hashlib.sha256(Path(file).read_bytes()).hexdigest() == before
+    except OSError:
+        return False
 
 
 @dataclass

@@ -1,5 +1,7 @@
 """A debugger over the built-in engine: the Debug Adapter Protocol, forwards and backwards.
 
 `places` finds the lines with statements, and `tracer` stops at them. `machine` is the interface of
-a run, and `player` moves back and forth in it. `debugger` steps, `session` serves the client.
+a run, and `player` moves back and forth in it. `devices` is the interface of programs in other
+languages that run beside the PLC's. `debugger` steps as `orders` say. `session` serves the client,
+with `breakpoint_requests` and `view_requests`.
 """

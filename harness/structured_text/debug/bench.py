@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from structured_text.bench import Bench
+from structured_text.debug.devices import Devices
 from structured_text.debug.machine import Scope, builtin_of
 
 __all__ = ["BenchMachine"]
@@ -15,6 +16,7 @@ class BenchMachine:
     """A bench in virtual time, in which the stimulus is already scheduled."""
 
     around: Sequence[Scope] = ()
+    devices: Devices | None = None
 
     def __init__(self, bench: Bench, end_us: int, shown: str) -> None:
         self.bench, self.program = bench, builtin_of(bench.program)

@@ -7,8 +7,9 @@ from itertools import zip_longest
 from typing import Any
 
 from structured_text.debug.breakpoints import DataWatch
-from structured_text.debug.debugger import Back, Debugger, Forward, Order
-from structured_text.debug.scopes import Frame
+from structured_text.debug.debugger import Debugger
+from structured_text.debug.orders import Back, Forward, Order
+from structured_text.debug.scopes import Frame, Scopes
 from structured_text.debug.values import Held, ProgramVariables, local, refuse_set
 from structured_text.debug.watch_expressions import WatchExpressions
 from structured_text.engines.builtin.storage import is_scalar
@@ -28,6 +29,7 @@ X := 5                set a variable
 .back X               go back to the statement that changed X last
 .back                 go back to the last breakpoint
 .start                go to the start of the run
+.where                where the PLC stands, and each task of its devices
 .inject link_down 1   trigger an event, as in a stimulus; with several robots, say which one"""
 
 _LAST = re.compile(r"(?:(?P<base>[A-Za-z_][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<name>\w*)$")
@@ -37,9 +39,14 @@ class Console:
     """An interpreter for the user's input in the debug console."""
 
     def __init__(
-        self, debugger: Debugger, expressions: WatchExpressions, memory: ProgramVariables
+        self,
+        debugger: Debugger,
+        expressions: WatchExpressions,
+        memory: ProgramVariables,
+        scopes: Scopes,
     ) -> None:
         self._debugger, self._expressions, self._memory = debugger, expressions, memory
+        self._scopes = scopes
         self._machine = debugger.player.machine
         self._project = self._machine.program.module.project
 
@@ -197,9 +204,21 @@ class Console:
             return self._goto(_number(argument, ".goto 120"))
         if word == "inject":
             return self._inject(argument)
+        if word == "where":
+            return self.positions()
         if word == "help":
             return _HELP
         raise InputError(f"there is no command .{word}", hint=".help lists them")
+
+    def positions(self) -> str:
+        """Return where the PLC stands, and each task of its devices, one in each line."""
+        tracer = self._debugger.player.tracer
+        thread = self._scopes.running(tracer)
+        frame = self._scopes.stack(tracer, thread)[0]
+        place = f", line {frame.line}" if tracer.stack else ""
+        devices = self._machine.devices
+        lines = [f"{self._debugger.where()}: PLC: {frame.title}{place}"]
+        return "\n    ".join([*lines, *(devices.positions if devices is not None else ())])
 
     def _goto(self, number: int) -> Order:
         """Return the order that goes to a scan; the user counts scans from 1."""
@@ -209,6 +228,9 @@ class Console:
         return Back("scan", now.scan - max(0, number - 1))
 
     def _inject(self, argument: str) -> str:
+        if self._debugger.player.tracer.device is not None:
+            hint = "go to a statement of the PLC first: .scan 1"
+            raise InputError("a device is in the middle of its cycle", hint=hint)
         event, *which = argument.split()
         device = _number(which[0], ".inject link_down 2") if which else 1
         said = self._changed(lambda: self._machine.inject(event, device))

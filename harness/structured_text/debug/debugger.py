@@ -12,69 +12,22 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from types import FrameType
-from typing import Any, Protocol
+from typing import Any
 
 from structured_text.debug.breakpoints import Breakpoint, DataWatch
+from structured_text.debug.devices import DeviceBreakpoint, DeviceStep
+from structured_text.debug.orders import Back, Forward, Front, Order, Quit, Stop
 from structured_text.debug.places import Code
 from structured_text.debug.player import Moment, Player
 from structured_text.debug.values import ProgramVariables
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
-__all__ = ["Back", "Debugger", "Forward", "Order", "Quit", "Stop"]
+__all__ = ["Debugger"]
 
 
-@dataclass(frozen=True)
-class Stop:
-    """The reason of a stop.
-
-    Attributes:
-        reason: Its name in the protocol.
-        text: A text of one line.
-        hits: The breakpoints that were hit.
-    """
-
-    reason: str
-    text: str = ""
-    hits: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True)
-class Forward:
-    """An order to go on: `until` is continue, in, over, out or scan; `scans` is for scan."""
-
-    until: str = "continue"
-    scans: int = 1
-
-
-@dataclass(frozen=True)
-class Back:
-    """An order to go back: `until` is step, continue, scan, change (of `watch`) or start."""
-
-    until: str
-    scans: int = 1
-    watch: DataWatch | None = None
-
-
-@dataclass(frozen=True)
-class Quit:
-    """The order to end the session."""
-
-
-Order = Forward | Back | Quit
-
-
-class Front(Protocol):
-    """The user interface of the debugger."""
-
-    def wait(self, stop: Stop) -> Order:
-        """Report a stop, and return the next order."""
-
-    def poll(self) -> Quit | None:
-        """Return Quit if the user wants to end while the program runs."""
-
-    def log(self, text: str) -> None:
-        """Print the message of a logpoint."""
+#: As the number of a statement: the first one of the program in its scan.
+_FIRST = -1
 
 
 class _Leave(BaseException):
@@ -150,9 +103,14 @@ class Debugger:
     # --- forwards ---
 
     def _forward(self, order: Forward) -> Order:
-        tracer = self.player.tracer
-        self._going = _Step(order, self.player.machine.scans, tracer.step and 1, 0)
+        depth = self._depth_of(order.task) if order.task else self.player.tracer.step and 1
+        self._going = _Step(order, self.player.machine.scans, depth, 0)
         return self._on()
+
+    def _depth_of(self, task: int) -> int:
+        """Return the number of calls in the stack of a task of a device."""
+        devices = self.player.machine.devices
+        return len(devices.stack(task)) if devices is not None else 1
 
     def _on(self) -> Order:
         machine = self.player.machine
@@ -219,8 +177,10 @@ class Debugger:
 
     def _steps_in(self, scan: int) -> bool:
         """Return whether a step can end in this scan."""
-        until = self._going.order.until
-        return scan >= self._goal if until == "scan" else until != "continue"
+        order = self._going.order
+        if order.task:  # a fast scan looks for its end, too
+            return False
+        return scan >= self._goal if order.until == "scan" else order.until != "continue"
 
     @property
     def _goal(self) -> int:
@@ -230,8 +190,8 @@ class Debugger:
     def _ran_fast(self) -> bool:
         """Run a scan fast; return False if something stops in it and it must run again."""
         try:
-            if self.breakpoints:
-                self.player.some(self._lines(), self._fast_hit)
+            if self.breakpoints or self._going.order.task:
+                self.player.some(self._lines(), self._fast_hit, self._fast_device())
             else:
                 self.player.plain()
         except _Hit:
@@ -250,24 +210,35 @@ class Debugger:
         if self._hits(code, at, frame, first=True):
             raise _Hit
 
+    def _fast_device(self) -> Callable[[DeviceStep], None] | None:
+        """Return the hook for lines of devices in a fast scan; None if nothing stops at them."""
+        if not self._going.order.task and not any(map(_of_device, self.breakpoints)):
+            return None
+
+        def look(step: DeviceStep) -> None:
+            if self._device_hits(step) or self._device_step_ends(step):
+                raise _Hit
+
+        return look
+
     def _look(self) -> None:
         """Decide before a statement whether to stop, in a scan with all hooks."""
         tracer = self.player.tracer
         if self._target is not None:
             step, stop = self._target
-            if tracer.step == step:
+            if tracer.step == step or (step == _FIRST and tracer.device is None):
                 self._target = None
                 for watch in self.watches:
                     watch.begin()
                 self._halt(stop)
             elif any(one.counting for one in self.breakpoints):
-                entry, self._quiet = tracer.stack[-1], True
-                self._hits(entry.code, entry.at, entry.frame, first=entry.fresh)
+                self._quiet = True
+                self._hits_here()
                 self._quiet = False
             return
-        entry = tracer.stack[-1]
-        changes = [(one.number, text) for one in self.watches if (text := one.changed())]
-        hits = self._hits(entry.code, entry.at, entry.frame, first=entry.fresh)
+        watches = self.watches if tracer.device is None else ()
+        changes = [(one.number, text) for one in watches if (text := one.changed())]
+        hits = self._hits_here()
         if changes:
             numbers = tuple(number for number, _ in changes)
             self._halt(Stop("data breakpoint", "; ".join(text for _, text in changes), numbers))
@@ -283,7 +254,8 @@ class Debugger:
             raise _Leave(order)
         tracer = self.player.tracer
         scan = self.player.machine.scans
-        self._going = _Step(order, scan, len(tracer.stack), tracer.roots)
+        depth = self._depth_of(order.task) if order.task else len(tracer.stack)
+        self._going = _Step(order, scan, depth, tracer.roots)
 
     def _step_ends(self) -> bool:
         """Return whether the current step ends before this statement.
@@ -293,6 +265,10 @@ class Debugger:
         `scan` ends from the target scan on, but not in the program call in which it began.
         """
         going, tracer = self._going, self.player.tracer
+        if tracer.device is not None:
+            return self._device_step_ends(tracer.device)
+        if going.order.task:
+            return False
         scan, depth = self.player.machine.scans, len(tracer.stack)
         until = going.order.until
         if until == "scan":
@@ -303,6 +279,41 @@ class Debugger:
         if until == "over":
             return elsewhere or depth <= going.depth
         return until == "out" and (elsewhere or depth < going.depth)
+
+    def _device_step_ends(self, step: DeviceStep) -> bool:
+        """Return whether the current step ends before this line of a device's program.
+
+        A step out of the outermost program goes to its next line.
+        """
+        going = self._going
+        if going.order.task != step.task:
+            return False
+        until = going.order.until
+        if until == "out":
+            return step.depth < max(going.depth, 2)
+        return until == "in" or step.depth <= going.depth
+
+    def _hits_here(self) -> tuple[int, ...]:
+        """Return the breakpoints that stop at this moment, in a scan with all hooks."""
+        tracer = self.player.tracer
+        if tracer.device is not None:
+            return self._device_hits(tracer.device)
+        entry = tracer.stack[-1]
+        return self._hits(entry.code, entry.at, entry.frame, first=entry.fresh)
+
+    def _device_hits(self, step: DeviceStep) -> tuple[int, ...]:
+        """Return the breakpoints that stop before a line of a device's program."""
+        hits = []
+        for one in self.breakpoints:
+            if not isinstance(one, DeviceBreakpoint) or not one.fits(step):
+                continue
+            try:
+                if one.hit_at(step):
+                    hits.append(one.number)
+            except InputError as error:
+                self.front.log(f"breakpoint: {error}")
+                hits.append(one.number)
+        return tuple(hits)
 
     def _hits(self, code: Code, at: int, frame: FrameType, *, first: bool) -> tuple[int, ...]:
         """Return the breakpoints that stop before a statement; print the messages of logpoints."""
@@ -365,8 +376,12 @@ class Debugger:
     # --- backwards ---
 
     def _back(self, order: Back) -> Order:
-        now = self.player.now
-        depths = list(self.player.tracer.depths)
+        now, tracer = self.player.now, self.player.tracer
+        depths = [
+            (step, depth)
+            for step, (task, depth) in enumerate(zip(tracer.tasks, tracer.depths, strict=True), 1)
+            if not task
+        ]
         self._quiet, self._going = True, _Step(Forward(), now.scan, 0, 0)
         try:
             found = self._found(order, now, depths)
@@ -374,12 +389,18 @@ class Debugger:
             self._quiet = False
         return self.go_to(*found)
 
-    def _found(self, order: Back, now: Moment, depths: list[int]) -> tuple[Moment, Stop]:
-        start = Moment(0, 1), Stop("entry", "the start of the run: there is nothing before it")
+    def _found(
+        self, order: Back, now: Moment, depths: list[tuple[int, int]]
+    ) -> tuple[Moment, Stop]:
+        start = Moment(0, _FIRST), Stop("entry", "the start of the run: there is nothing before it")
         if order.until == "start":
             return start
         if order.until == "scan":
-            return Moment(max(0, now.scan - order.scans), 1), Stop("step")
+            return Moment(max(0, now.scan - order.scans), _FIRST), Stop("step")
+        if order.until == "step" and order.task:
+            line = DeviceBreakpoint(0, {}, task=order.task, depth=self._depth_of(order.task))
+            before = self._last_in([line], [], now)
+            return (before[0], Stop("step")) if before is not None else start
         if order.until == "step":
             return self._step_before(now, depths) or start
         if order.until == "change":
@@ -390,21 +411,33 @@ class Debugger:
             return found
         return self._last_in(self.breakpoints, self.watches, now, rules=self.rules) or start
 
-    def _step_before(self, now: Moment, depths: list[int]) -> tuple[Moment, Stop] | None:
-        """Return the last statement before this one that is not inside a call between them."""
-        most = depths[-1] if now.step else 1
-        scan, known = now.scan, depths[:-1]
+    def _step_before(
+        self, now: Moment, depths: list[tuple[int, int]]
+    ) -> tuple[Moment, Stop] | None:
+        """Return the last statement before this one that is not inside a call between them.
+
+        `depths` are the numbers of the statements of the program in this scan so far, each with its
+        depth of calls.
+        """
+        here = bool(depths) and depths[-1][0] == now.step
+        most = depths[-1][1] if here else 1
+        scan, known = now.scan, depths[:-1] if here else depths
         while True:
-            fitting = [step for step, depth in enumerate(known, 1) if depth <= most]
+            fitting = [step for step, depth in known if depth <= most]
             if fitting:
                 return Moment(scan, fitting[-1]), Stop("step")
             scan, most = scan - 1, 1
             if scan < 0:
                 return None
             self.player.seek(scan, self._poll)
-            seen: list[int] = []
+            seen: list[tuple[int, int]] = []
             tracer = self.player.tracer
-            self.player.every(lambda: seen.append(len(tracer.stack)))  # noqa: B023
+
+            def look() -> None:
+                if tracer.device is None:  # noqa: B023
+                    seen.append((tracer.step, len(tracer.stack)))  # noqa: B023
+
+            self.player.every(look)
             known = seen
 
     def _last_in(
@@ -449,8 +482,12 @@ class Debugger:
             def hit(code: Code, at: int, frame: FrameType) -> None:
                 hits.append(bool(self._hits(code, at, frame, first=True)))  # noqa: B023
 
+            def hit_of_device(step: DeviceStep) -> None:
+                hits.append(bool(self._device_hits(step)))  # noqa: B023
+
             if self.breakpoints:
-                self.player.some(self._lines(), hit)
+                device = hit_of_device if any(map(_of_device, self.breakpoints)) else None
+                self.player.some(self._lines(), hit, device)
             else:
                 self.player.plain()
             changed = [bool(watch.changed()) for watch in self.watches]
@@ -474,10 +511,11 @@ class Debugger:
 
         def look() -> None:
             nonlocal last
-            step, entry = tracer.step, tracer.stack[-1]
-            changes(Moment(scan, max(1, last) if before else step))
-            last = step
-            if hits := self._hits(entry.code, entry.at, entry.frame, first=entry.fresh):
+            step = tracer.step
+            if tracer.device is None:
+                changes(Moment(scan, (last or step) if before else step))
+                last = step
+            if hits := self._hits_here():
                 found.append((Moment(scan, step), Stop("breakpoint", "", hits)))
 
         with suppress(InputError):  # a scan that ends the program runs up to its error
@@ -507,3 +545,8 @@ class Debugger:
         machine, now = self.player.machine, self.player.now
         scan = f"scan {now.scan + 1}" if now.step else f"after {now.scan} scans"
         return f"{scan}, {format_us(machine.now_us)}"
+
+
+def _of_device(one: Breakpoint) -> bool:
+    """Return whether a breakpoint is in the program of a device."""
+    return isinstance(one, DeviceBreakpoint)

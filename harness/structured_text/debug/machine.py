@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeAlias
 
+from structured_text.debug.devices import Devices
 from structured_text.debug.values import Item
 from structured_text.engines.base import Program
 from structured_text.engines.builtin.program import BuiltinProgram
@@ -33,9 +34,11 @@ class Machine(Protocol):
 
     Attributes:
         program: The program, on the built-in engine.
+        devices: The programs of devices around it; None: there are none.
     """
 
     program: BuiltinProgram
+    devices: Devices | None
 
     @property
     def violations(self) -> Sequence[Finding]:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any, NamedTuple
 
+from structured_text.debug.devices import DeviceStep
 from structured_text.debug.machine import Machine
 from structured_text.debug.places import Code, Places
 from structured_text.debug.tracer import Lines, Tracer
@@ -48,7 +49,7 @@ class Player:
 
     def __init__(self, machine: Machine, places: Places) -> None:
         self.machine = machine
-        self.tracer = Tracer(places)
+        self.tracer = Tracer(places, machine.devices)
         self.rerun = 0
         self._kept: dict[int, Any] = {}
         self._order: list[int] = []
@@ -82,14 +83,31 @@ class Player:
         else:
             self._guarded(self.machine.scan)
 
-    def some(self, lines: Lines, hit: Callable[[Code, int, FrameType], None]) -> None:
-        """Run a scan; call `hit` before statements in these lines (`Tracer.some`)."""
-        if self._has_edits(self.machine.scans):
-            self.every(lambda: self._look_for(lines, hit))
-        else:
-            self._guarded(lambda: self.tracer.some(self.machine.scan, lines, hit))
+    def some(
+        self,
+        lines: Lines,
+        hit: Callable[[Code, int, FrameType], None],
+        device: Callable[[DeviceStep], None] | None = None,
+    ) -> None:
+        """Run a scan; call `hit` before statements in these lines (`Tracer.some`).
 
-    def _look_for(self, lines: Lines, hit: Callable[[Code, int, FrameType], None]) -> None:
+        `device` is called before each line of a device's program.
+        """
+        if self._has_edits(self.machine.scans):
+            self.every(lambda: self._look_for(lines, hit, device))
+        else:
+            self._guarded(lambda: self.tracer.some(self.machine.scan, lines, hit, device))
+
+    def _look_for(
+        self,
+        lines: Lines,
+        hit: Callable[[Code, int, FrameType], None],
+        device: Callable[[DeviceStep], None] | None,
+    ) -> None:
+        if self.tracer.device is not None:
+            if device is not None:
+                device(self.tracer.device)
+            return
         entry = self.tracer.stack[-1]
         if entry.at in lines.get(entry.code.pou.name.upper(), ()):
             hit(entry.code, entry.at, entry.frame)

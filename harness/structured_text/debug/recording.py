@@ -13,6 +13,7 @@ from datetime import date, datetime, time, timedelta
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
+from structured_text.debug.devices import Devices
 from structured_text.debug.machine import Finding, builtin_of
 from structured_text.engines.base import Program, Value
 
@@ -161,6 +162,8 @@ class Tape:
     The program runs on the built-in engine and has not run its first scan. The first line of the
     recording is not among the lines.
     """
+
+    devices: Devices | None = None
 
     def __init__(
         self,

@@ -2,6 +2,7 @@
 
 The program's code is the same with and without the hook. A stop is a call of the hook that blocks
 until the user goes on. A scan is left in its middle by an exception, which no program catches.
+Lines of devices' programs that begin during the scan are steps of it like statements.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any
 
+from structured_text.debug.devices import Devices, DeviceStep
 from structured_text.debug.places import Code, Places
 
 __all__ = ["Entry", "Lines", "Tracer"]
@@ -43,14 +45,19 @@ class Tracer:
     Attributes:
         stack: The active calls of POUs, the program first.
         depths: Call depth of each statement of this scan so far, from 1.
+        tasks: Task of a device to which each of these belongs; 0: to the program.
+        device: The line of a device's program that is about to begin; None at a statement.
         roots: Number of programs that have begun in this scan.
     """
 
-    def __init__(self, places: Places) -> None:
+    def __init__(self, places: Places, devices: Devices | None = None) -> None:
         self.places = places
         self.stack: list[Entry] = []
         self.depths: list[int] = []
+        self.tasks: list[int] = []
+        self.device: DeviceStep | None = None
         self.roots = 0
+        self._devices = devices
         self._look: Callable[[], None] = lambda: None
         self._lines: Lines = {}
         self._hit: Callable[[Code, int, FrameType], None] = lambda *_: None
@@ -62,32 +69,58 @@ class Tracer:
 
     def clear(self) -> None:
         """Reset the state to that between two scans."""
-        self.stack, self.depths, self.roots = [], [], 0
+        self.stack, self.depths, self.tasks, self.roots = [], [], [], 0
+        self.device = None
 
     def every(self, scan: Callable[[], None], look: Callable[[], None]) -> None:
         """Run a scan; call `look` before each statement."""
         self.clear()
         self._look = look
-        self._run(scan, self._call)
+        self._run(scan, self._call, self._step_of_device)
 
     def some(
         self,
         scan: Callable[[], None],
         lines: Lines,
         hit: Callable[[Code, int, FrameType], None],
+        device: Callable[[DeviceStep], None] | None = None,
     ) -> None:
-        """Run a scan; call `hit` only before the statements in these lines."""
+        """Run a scan; call `hit` only before the statements in these lines.
+
+        `device` is called before each line of a device's program.
+        """
         self.clear()
         self._lines, self._hit = lines, hit
-        self._run(scan, self._call_of_some)
+        self._run(scan, self._call_of_some if lines else None, device)
 
-    def _run(self, scan: Callable[[], None], trace: Any) -> None:
+    def _run(
+        self, scan: Callable[[], None], trace: Any, device: Callable[[DeviceStep], None] | None
+    ) -> None:
         before = sys.gettrace()
-        sys.settrace(trace)
+        if self._devices is not None:
+            self._devices.watch(device)
+        if trace is not None:
+            sys.settrace(trace)
         try:
             scan()
         finally:
             sys.settrace(before)
+            if self._devices is not None:
+                self._devices.watch(None)
+
+    # --- lines of devices ---
+
+    def _step_of_device(self, step: DeviceStep) -> None:
+        """Take a line of a device's program as a step of the scan."""
+        self.device = step
+        self.depths.append(step.depth)
+        self.tasks.append(step.task)
+        trace = sys.gettrace()
+        sys.settrace(None)  # the debugger itself may call POUs to evaluate an expression
+        try:
+            self._look()
+        finally:
+            sys.settrace(trace)
 
     # --- every statement ---
 
@@ -110,7 +143,9 @@ class Tracer:
                 if entry.code.rounds.get(at, -1) != came_from:
                     entry.fresh = not entry.line
                     entry.line = line
+                    self.device = None
                     self.depths.append(len(self.stack))
+                    self.tasks.append(0)
                     self._look()
         elif event == "return":
             self.stack.pop()

@@ -46,7 +46,6 @@ __all__ = [
     "end_apart",
     "end_as_by_ctrl_c",
     "fine_timers",
-    "group_address",
     "interrupt_main_thread",
     "interrupts_later",
     "loaded",
@@ -500,11 +499,6 @@ class SharedMemory:
         """Remove the name; the system frees the memory when all processes have closed it."""
         if sys.platform != "win32":  # Windows frees it itself
             os.unlink(self.name)
-
-
-def group_address(group: str) -> str:
-    """Return the address for a socket that receives a multicast group."""
-    return "0.0.0.0" if sys.platform == "win32" else group
 
 
 def addresses() -> Iterator[tuple[str, str, bytes]]:

@@ -12,7 +12,7 @@ from structured_text.errors import InputError, near
 from structured_text.output.limits import TABLE
 from structured_text.output.reading import file_text
 
-__all__ = ["check_keys", "line_of", "load_toml", "parse_toml", "toml_text"]
+__all__ = ["check_keys", "line_of", "load_toml", "parse_toml", "toml_text", "toml_value"]
 
 #: Names of tables in texts as `[recover]`, `[[always]] 2`.
 _IN_WORDS = re.compile(r"[\w.]+(?=\])")
@@ -53,6 +53,18 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
         what = "has a number too long, or lists in lists too deep"
         raise InputError(what, file=path, line=next(long, None)) from error
     return content
+
+
+def toml_value(value: Any) -> str:
+    """Return a text, number or truth value, or a list of these, as TOML."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        plain = value.replace("\\", "\\\\").replace('"', '\\"')
+        return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04X}" for c in plain) + '"'
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(toml_value, value))}]"
+    return repr(value)
 
 
 def check_keys(

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from rcx_harness.look.judge.times import Times
+from rcx_harness.look.judge.follow import Times
 
 
 def test_few_times_are_exact() -> None:

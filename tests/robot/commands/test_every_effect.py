@@ -44,15 +44,10 @@ def test_the_effect_of_the_command_is_found_afterwards(code: int) -> None:
         assert run_trip(trip) == trip.expected
 
 
-class _Nothing:
+class _Nothing(Execution):
     """A command that ends normally at once."""
 
-    stoppable = False
-
     def step(self, machine: Machine) -> Response | None:
-        return {}
-
-    def interim(self, machine: Machine) -> Response:
         return {}
 
 

@@ -7,9 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.enip import AdapterOptions, Identity
 from rcx_harness.enip.codec.encapsulation import MAX_DATA
 from rcx_harness.enip.cyclic.connections import ConnectionKind
+from rcx_harness.enip.options import (
+    CONFIGURATIONS,
+    INACTIVITY_S,
+    KINDS,
+    RPI_MAX_US,
+    AdapterOptions,
+    Identity,
+)
 from rcx_harness.enip.target.connection_manager import (
     MAX_CYCLIC,
     MAX_EXPLICIT,
@@ -36,16 +43,15 @@ def row(page: str, head: str) -> list[str]:
 
 
 def test_connection_points_and_numbers_are_the_adapters(page: str) -> None:
-    options = AdapterOptions()
-    points = [f"{options.input_only} (heartbeat)", f"{options.listen_only} (heartbeat)"]
+    points = [f"{point} (heartbeat)" for point in list(KINDS)[1:]]
     assert row(page, "O→T connection point") == ["150", *points]
     kinds = (ConnectionKind.EXCLUSIVE_OWNER, ConnectionKind.INPUT_ONLY, ConnectionKind.LISTEN_ONLY)
     assert row(page, "At once") == [str(MAX_CYCLIC[kind]) for kind in kinds]
-    numbers = list(map(str, options.configurations))
+    numbers = list(map(str, CONFIGURATIONS))
     named = f"none, {', '.join(numbers[:-1])} or {numbers[-1]}, without data"
     assert row(page, "Configuration instance") == [named]
     (interval,) = row(page, "RPI")
-    least, greatest = options.rpi_min_us / 1e3, options.rpi_max_us / 1e6
+    least, greatest = AdapterOptions().rpi_min_us / 1e3, RPI_MAX_US / 1e6
     assert interval.startswith(f"{least:g} ms to {greatest:g} s, ")
 
 
@@ -72,7 +78,7 @@ def test_the_limits_are_the_adapters(page: str) -> None:
     assert row(page, "Time-out multiplier")[0].endswith(f"; the first packet has {first_s} s")
     assert row(page, "Data of a frame")[0].startswith(f"{MAX_DATA:,} bytes; ")
     silence = row(page, "Silence on a TCP connection")[0]
-    assert silence.startswith(f"{AdapterOptions().inactivity_s} s ")
+    assert silence.startswith(f"{INACTIVITY_S} s ")
 
 
 def test_every_test_that_it_names_is_there(page: str, repository: Path) -> None:

@@ -38,20 +38,15 @@ __all__ = [
 
 
 class ExtendedStatus(IntEnum):
-    """The extended status codes that belong to general status 0x01, connection failure.
-
-    Each has its meaning and, if earlier editions had only a coarser code, that code.
-    """
+    """The extended status codes of general status 0x01, connection failure, with meanings."""
 
     meaning: str
-    older: int
 
-    def __new__(cls, code: int, meaning: str = "", older: int | None = None) -> ExtendedStatus:
+    def __new__(cls, code: int, meaning: str = "") -> ExtendedStatus:
         """Return the member; its value is the code."""
         member = int.__new__(cls, code)
         member._value_ = code
         member.meaning = meaning
-        member.older = code if older is None else older
         return member
 
     DUPLICATE_FORWARD_OPEN = 0x100, "this connection is already open"
@@ -61,7 +56,7 @@ class ExtendedStatus(IntEnum):
     INVALID_CONNECTION_TYPE = 0x108, "the connection type or priority is not valid"
     INVALID_CONNECTION_SIZE = 0x109, "the connection size does not fit the assembly"
     RPI_NOT_SUPPORTED = 0x111, "the packet interval is not supported"
-    RPI_NOT_ACCEPTABLE = 0x112, "the packet interval is not acceptable", 0x111
+    RPI_NOT_ACCEPTABLE = 0x112, "the packet interval is not acceptable"
     OUT_OF_CONNECTIONS = 0x113, "no more connections are available"
     KEY_VENDOR_OR_PRODUCT = 0x114, "vendor or product code do not match the device"
     KEY_DEVICE_TYPE = 0x115, "the device type does not match the device"
@@ -70,19 +65,19 @@ class ExtendedStatus(IntEnum):
     INVALID_CONFIGURATION_PATH = 0x118, "the configuration path is not valid"
     ONLY_LISTENERS = 0x119, "listen only needs a connection that is more than that"
     INHIBIT_TIME_ABOVE_RPI = 0x11B, "the production inhibit time exceeds the interval"
-    TRANSPORT_CLASS = 0x11C, "the transport class is not supported", 0x103
-    PRODUCTION_TRIGGER = 0x11D, "the production trigger is not supported", 0x103
-    DIRECTION = 0x11E, "the transport direction is not supported", 0x103
-    O_TO_T_TYPE = 0x123, "the connection type to the device is not supported", 0x108
-    T_TO_O_TYPE = 0x124, "the connection type from the device is not supported", 0x108
-    REDUNDANT_OWNER = 0x125, "redundant owners are not supported", 0x108
-    CONFIGURATION_SIZE = 0x126, "the configuration data has a wrong size", 0x118
-    O_TO_T_SIZE = 0x127, "the size to the device does not fit the assembly", 0x109
-    T_TO_O_SIZE = 0x128, "the size from the device does not fit the assembly", 0x109
-    CONFIGURATION_PATH = 0x129, "there is no such configuration instance", 0x118
-    CONSUMING_PATH = 0x12A, "there is no such consuming connection point", 0x117
-    PRODUCING_PATH = 0x12B, "there is no such producing connection point", 0x117
-    INCONSISTENT_PATHS = 0x12F, "the application paths do not belong together", 0x117
+    TRANSPORT_CLASS = 0x11C, "the transport class is not supported"
+    PRODUCTION_TRIGGER = 0x11D, "the production trigger is not supported"
+    DIRECTION = 0x11E, "the transport direction is not supported"
+    O_TO_T_TYPE = 0x123, "the connection type to the device is not supported"
+    T_TO_O_TYPE = 0x124, "the connection type from the device is not supported"
+    REDUNDANT_OWNER = 0x125, "redundant owners are not supported"
+    CONFIGURATION_SIZE = 0x126, "the configuration data has a wrong size"
+    O_TO_T_SIZE = 0x127, "the size to the device does not fit the assembly"
+    T_TO_O_SIZE = 0x128, "the size from the device does not fit the assembly"
+    CONFIGURATION_PATH = 0x129, "there is no such configuration instance"
+    CONSUMING_PATH = 0x12A, "there is no such consuming connection point"
+    PRODUCING_PATH = 0x12B, "there is no such producing connection point"
+    INCONSISTENT_PATHS = 0x12F, "the application paths do not belong together"
     NULL_FORWARD_OPEN = 0x132, "a null Forward Open is not supported"
     TIMEOUT_MULTIPLIER = 0x133, "the time-out multiplier is not acceptable"
     PARAMETER_ERROR = 0x205, "a parameter of the request is wrong"

@@ -96,10 +96,6 @@ class Frame(NamedTuple):
         )
         return header + self.data
 
-    def with_data(self, data: bytes) -> Frame:
-        """Return the same frame with other data."""
-        return self._replace(data=data)
-
     def answer(
         self,
         data: bytes = b"",

@@ -330,10 +330,9 @@ class OpenRequest:
 
     Attributes:
         triad: Serial number, vendor and originator, which together name the connection.
-        t_to_o_id: The id we choose; unused with multicast.
+        t_to_o_id: The id we choose.
         o_to_t_length: Connection size to the adapter, as on the wire.
         t_to_o_length: Connection size from the adapter, as on the wire.
-        multicast: Request packets to a multicast group.
         consuming: Connection point of the adapter to send to, or that of the heartbeat.
         producing: Connection point of the adapter to receive from.
         configuration: Configuration instance to name, if any.
@@ -347,7 +346,6 @@ class OpenRequest:
     o_to_t_length: int
     t_to_o_length: int
     multiplier: int
-    multicast: bool
     consuming: int
     producing: int
     configuration: int | None = None
@@ -367,12 +365,11 @@ class OpenRequest:
 
     def forward_open(self) -> bytes:
         """Return the complete CIP request to open the connection."""
-        kind = ConnectionType.MULTICAST if self.multicast else ConnectionType.POINT_TO_POINT
-        data = _PATIENCE + struct.pack("<II", 0, 0 if self.multicast else self.t_to_o_id)
+        data = _PATIENCE + struct.pack("<II", 0, self.t_to_o_id)
         data += self.triad.encode() + struct.pack("<B3x", self.multiplier)
         rpi = struct.pack("<I", self.rpi_us)
-        data += rpi + self._parameters(ConnectionType.POINT_TO_POINT, self.o_to_t_length)
-        data += rpi + self._parameters(kind, self.t_to_o_length)
+        data += rpi + self._parameters(self.o_to_t_length)
+        data += rpi + self._parameters(self.t_to_o_length)
         path = self.path()
         data += struct.pack("<BB", _CLASS_1_CYCLIC, len(path) // 2) + path
         service = (
@@ -400,9 +397,9 @@ class OpenRequest:
                 return f"sets a packet {way} it every {every}, where every {asked} was asked for"
         return ""
 
-    def _parameters(self, kind: int, length: int) -> bytes:
-        """Return type, priority and size as bytes; fixed length, not redundant."""
-        flags = kind << 13 | _SCHEDULED << 10
+    def _parameters(self, length: int) -> bytes:
+        """Return the size as bytes, with the flags: point to point, fixed length, not redundant."""
+        flags = ConnectionType.POINT_TO_POINT << 13 | _SCHEDULED << 10
         return (
             struct.pack("<I", flags << 16 | length)
             if self.large

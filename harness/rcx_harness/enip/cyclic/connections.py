@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ipaddress
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import Enum, IntEnum
 from typing import Any, NamedTuple
 
@@ -74,8 +74,6 @@ class EndReason(str, Enum):
     """No packet came for the connection's time-out."""
     NO_OWNER = "no owner"
     """A listen-only connection whose last companion of another kind has gone."""
-    NO_GROUP = "no multicast group"
-    """A scanner's connection whose multicast group cannot be joined from its address."""
     OFF = "off"
     """The adapter has been switched off (`LinkState.OFF`)."""
 
@@ -111,7 +109,6 @@ class ConnectionParameters:
         destination_port: UDP port to send our packets to.
         run_idle: The originator's packets carry the 32-bit run/idle header.
         multicast: The target's packets go to a multicast group.
-        join: At the originator of a multicast connection, the group to listen to.
         dscp: Differentiated services code point of our packets, 0 to 63.
         first_packet_us: Upper limit of the wait for the first packet, at least `FIRST_PACKET_US`,
             for connections with a longer time-out.
@@ -131,8 +128,6 @@ class ConnectionParameters:
     destination_port: int = IO_PORT
     run_idle: bool = True
     multicast: bool = False
-    join: str = ""
-    join_port: int = IO_PORT
     dscp: int = 0
     first_packet_us: int = LONGEST_TIMEOUT_US
 
@@ -155,13 +150,9 @@ class ConnectionParameters:
         """Return the longest silence between two packets in this direction [us]."""
         return way.api_us * (4 << self.multiplier)
 
-    def as_message(self) -> dict[str, Any]:
-        """Return a JSON object, for the pipe between the processes."""
-        return {**asdict(self), "kind": self.kind.value}
-
     @classmethod
     def from_message(cls, message: Mapping[str, Any]) -> ConnectionParameters:
-        """Return the parameters in a message of `as_message`."""
+        """Return the parameters from the JSON form of `asdict`."""
         return cls(**{**message, "kind": ConnectionKind(message["kind"])})
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 from rcx_harness.enip.child import Child, how_ended
@@ -73,7 +74,7 @@ class CyclicControl(Closing):
 
     def add(self, parameters: ConnectionParameters) -> None:
         """Open a connection: packets flow from now on."""
-        self._order({"add": parameters.as_message()})
+        self._order({"add": asdict(parameters)})
 
     def remove(self, number: int) -> None:
         """Close a connection; one that has ended already does no harm."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import Enum
 from operator import attrgetter
 from typing import NamedTuple
@@ -436,7 +436,7 @@ class Exchange:
             t_to_o_api_us=parameters.t_to_o_api_us,
             readers=sum(not one.parameters.is_owner for one in self._connections.values()),
         )
-        self._images.events.write(event.as_record())
+        self._images.events.write(asdict(event))
 
     def _end_listeners(self, now_us: int) -> None:
         """End all listen-only connections if no connection of another kind remains."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rcx_harness.enip.cyclic.connections import ConnectionKind
@@ -103,13 +103,9 @@ class ConnectionEvent:
     t_to_o_api_us: int
     readers: int
 
-    def as_record(self) -> dict[str, Any]:
-        """Return it for a `Journal`."""
-        return {**asdict(self), "kind": self.kind.value}
-
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> ConnectionEvent:
-        """Return what `as_record` gave."""
+        """Return the event of a record, which is the JSON form of `asdict`."""
         return cls(**{**record, "kind": ConnectionKind(record["kind"])})
 
 

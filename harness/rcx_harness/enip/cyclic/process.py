@@ -19,7 +19,7 @@ from rcx_harness.enip.child import be_punctual, tell
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason
 from rcx_harness.enip.cyclic.exchange import Exchange, Role
 from rcx_harness.enip.cyclic.shared import Drop, LinkState, SharedImages, Word, now_us
-from structured_text.output.system import DirectInput, RelayedInput, StandardInput, group_address
+from structured_text.output.system import StandardInput
 
 __all__ = ["BEAT_US", "main"]
 
@@ -50,7 +50,6 @@ class _Cyclic:
             interface = socket.inet_aton(self._host)
             self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, interface)
         self._dscp = 0
-        self._groups: dict[int, socket.socket] = {}
         self._input = StandardInput()
         self._orders = bytearray()
         self._parent_lives = True
@@ -62,15 +61,13 @@ class _Cyclic:
             wait_us = BEAT_US if due_us is None else max(0, due_us - now_us())
             # A scanner leaves early packets in the socket until the reply to its Forward Open.
             idle = due_us is None and self._role is Role.ORIGINATOR
-            sockets = () if idle else (self._socket, *self._groups.values())
             # The order that adds the connection of a packet may have arrived just before it.
-            waiting: list[DirectInput | RelayedInput | socket.socket] = [self._input, *sockets]
+            waiting = (self._input,) if idle else (self._input, self._socket)
             ready = select.select(waiting, (), (), wait_us / 1e6)[0]
             if self._input in ready:
                 self._obey()
-            for one in sockets:
-                if one in ready and one.fileno() != -1:
-                    self._receive(one, due_us)
+            if self._socket in ready:
+                self._receive(due_us)
             due_us = self._poll()
         # Readers of the images must see that no packets arrive any more.
         self._exchange.clear(now_us())
@@ -86,7 +83,7 @@ class _Cyclic:
         due_us = self._exchange.poll(at_us, self._send if sends else _send_nothing)
         return None if due_us is None else min(due_us, at_us + _LOOK_US)
 
-    def _receive(self, one: socket.socket, due_us: int | None) -> None:
+    def _receive(self, due_us: int | None) -> None:
         """Read one packet, or all waiting packets if a deadline has passed.
 
         A packet that has arrived must be read before the time-out of its connection is checked.
@@ -94,7 +91,7 @@ class _Cyclic:
         """
         for _ in range(_AT_ONCE):
             try:
-                datagram, (host, _) = one.recvfrom(_DATAGRAM)
+                datagram, (host, _) = self._socket.recvfrom(_DATAGRAM)
             except BlockingIOError:
                 return
             except OSError:  # a peer that no longer listens
@@ -132,29 +129,13 @@ class _Cyclic:
         for line in lines:
             order = json.loads(line)
             if "add" in order:
-                self._add(ConnectionParameters.from_message(order["add"]))
+                self._exchange.add(ConnectionParameters.from_message(order["add"]), now_us())
             else:
-                self._leave(order["remove"])
                 self._exchange.remove(order["remove"], now_us())
         return bool(lines)
 
-    def _add(self, parameters: ConnectionParameters) -> None:
-        if parameters.join:
-            try:
-                group = _group_socket(parameters.join, parameters.join_port, self._host)
-            except OSError:
-                self._ended(parameters.number, EndReason.NO_GROUP)
-                return
-            self._groups[parameters.number] = group
-        self._exchange.add(parameters, now_us())
-
     def _ended(self, number: int, reason: EndReason) -> None:
-        self._leave(number)
         tell({"ended": number, "reason": reason.value})
-
-    def _leave(self, number: int) -> None:
-        if (group := self._groups.pop(number, None)) is not None:
-            group.close()
 
 
 def main(argument: str) -> None:
@@ -181,21 +162,6 @@ def main(argument: str) -> None:
         be_punctual("first")
         tell({"port": cyclic.port})
         cyclic.run()
-
-
-def _group_socket(group: str, port: int, host: str) -> socket.socket:
-    """Return a socket for one multicast group; other sockets on this machine may receive it too."""
-    listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listener.bind((group_address(group), port))
-        membership = socket.inet_aton(group) + socket.inet_aton(host)
-        listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
-    except OSError:
-        listener.close()
-        raise
-    listener.setblocking(False)
-    return listener
 
 
 def _send_nothing(packet: bytes, destination: tuple[str, int], dscp: int) -> None:

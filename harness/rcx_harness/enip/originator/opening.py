@@ -6,17 +6,15 @@ import math
 import threading
 import time
 from collections.abc import Callable, Collection
-from typing import Protocol
 
 from rcx_harness.enip.codec.cip import ExtendedStatus
-from rcx_harness.enip.cyclic.connections import EndReason
 from rcx_harness.enip.errors import CipError
-from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
+from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.spec.wire import AREA_SIZES
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
-__all__ = ["MasterLink", "Opener", "multiplier_of", "refusal_hint"]
+__all__ = ["Opener", "multiplier_of", "refusal_hint"]
 
 _MOST = 7
 _SIZES = (
@@ -57,27 +55,6 @@ _TOLD = {
 }
 
 
-class MasterLink(Protocol):
-    """The part of `rcx_harness.enip.originator.scanner.Scanner` that an `Opener` needs."""
-
-    ended: EndReason | None
-
-    @property
-    def failure(self) -> str: ...  # noqa: D102
-
-    def open(self) -> None: ...  # noqa: D102
-
-    def read(self) -> Received: ...  # noqa: D102
-
-    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None: ...  # noqa: D102
-
-    def statistics(self) -> ScannerStatistics: ...  # noqa: D102
-
-    def drops(self) -> str: ...  # noqa: D102
-
-    def close(self) -> None: ...  # noqa: D102
-
-
 class Opener:
     """Keeps one connection open by opening it again after every loss.
 
@@ -90,9 +67,9 @@ class Opener:
         reason: Why the last attempt failed; empty if it succeeded.
     """
 
-    def __init__(self, opened: Callable[[], MasterLink], first_s: float | None = None) -> None:
+    def __init__(self, opened: Callable[[], Scanner], first_s: float | None = None) -> None:
         self.wanted = True
-        self.scanner: MasterLink | None = None
+        self.scanner: Scanner | None = None
         self.reason = ""
         self._opened = opened
         self._first_s = math.inf if first_s is None else first_s

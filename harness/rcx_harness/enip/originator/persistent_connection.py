@@ -6,8 +6,8 @@ import threading
 from collections.abc import Callable, Collection
 
 from rcx_harness.enip.errors import CipError
-from rcx_harness.enip.originator.opening import MasterLink, Opener, refusal_hint
-from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
+from rcx_harness.enip.originator.opening import Opener, refusal_hint
+from rcx_harness.enip.originator.scanner import Received, Scanner, ScannerStatistics
 from structured_text.errors import InputError
 
 __all__ = ["WAITS", "PersistentConnection"]
@@ -33,13 +33,13 @@ class PersistentConnection:
         self,
         name: str,
         size: int,
-        connect: Callable[[], MasterLink],
+        connect: Callable[[], Scanner],
         options: Collection[str] = ("--size", "--rpi"),
     ) -> None:
         self.name = name
         self.opener = Opener(self._opened)
         self._connect, self._options = connect, options
-        self._scanner: MasterLink | None = None
+        self._scanner: Scanner | None = None
         self._state = f"{name}: not connected yet"
         self._image = bytes(size)
         self._lock = threading.Lock()
@@ -83,7 +83,7 @@ class PersistentConnection:
         if scanner is not None:
             scanner.close()
 
-    def _opened(self) -> MasterLink:
+    def _opened(self) -> Scanner:
         """Return a new scanner with an open connection, and close the one before."""
         self._state = f"{self.name}: the connection is being opened"
         self.close()

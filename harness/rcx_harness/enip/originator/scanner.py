@@ -12,7 +12,6 @@ import secrets
 import statistics
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol
 
 from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.codec.cip import ConnectionService
@@ -31,7 +30,7 @@ from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.exchange import Role
 from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, drops_text, now_us
 from rcx_harness.enip.errors import CipError, EnipError
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import KINDS
 from rcx_harness.enip.originator.client import PORT, Client
 from rcx_harness.spec.wire import SIZE, TO_MASTER, TO_ROBOT, check_size
 from structured_text.errors import InputError
@@ -78,13 +77,12 @@ class Assemblies:
             raise InputError("configuration data are an even number of bytes, at most 510")
 
 
-class _Dropping(Protocol):
-    def drops(self) -> str: ...
+def no_packet(drops: str, within_s: float) -> EnipError:
+    """Return the error for an open connection on which no packet was accepted.
 
-
-def no_packet(scanner: _Dropping, within_s: float) -> EnipError:
-    """Return the error for an open connection on which no packet was accepted."""
-    if drops := scanner.drops():
+    `drops` says why packets were dropped, as `Scanner.drops` does.
+    """
+    if drops:
         return EnipError(
             f"connected, but none of the packets within {within_s:g} s can be used: they are "
             f"{drops}",
@@ -96,10 +94,7 @@ def no_packet(scanner: _Dropping, within_s: float) -> EnipError:
     )
 
 
-_HEARTBEATS = {
-    ConnectionKind.INPUT_ONLY: AdapterOptions.input_only,
-    ConnectionKind.LISTEN_ONLY: AdapterOptions.listen_only,
-}
+_HEARTBEATS = {kind: point for point, kind in KINDS.items()}
 _LARGEST_PLAIN = 0x1FF  # of a connection that needs no Large Forward Open
 _SCHEDULED_DSCP = 47
 _VENDOR = 0
@@ -147,7 +142,6 @@ class Scanner(Closing):
         rpi_us: Requested packet interval in microseconds.
         kind: Application type. Only an exclusive owner sends data, the others send a heartbeat.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
-        multicast: Request packets to the adapter's multicast group.
         address: IPv4 address of this machine to send from; empty: the system chooses.
         io_port: Our UDP port; None for 2222 or, if that is in use, any free port.
 
@@ -172,7 +166,6 @@ class Scanner(Closing):
         *,
         kind: ConnectionKind = ConnectionKind.EXCLUSIVE_OWNER,
         multiplier: int = 2,
-        multicast: bool = False,
         address: str = "",
         io_port: int | None = None,
         port: int = PORT,
@@ -185,7 +178,7 @@ class Scanner(Closing):
             size = Assemblies(size, size)
         self._asked = asked = size
         self._kind, self._rpi_us = kind, rpi_us
-        self._multiplier, self._multicast, self._large = multiplier, multicast, large
+        self._multiplier, self._large = multiplier, large
         usual = _HEARTBEATS.get(kind, 0)
         self._heartbeat = usual if asked.heartbeat is None else asked.heartbeat
         self._adapter = (host, port, timeout_s, address)
@@ -222,7 +215,7 @@ class Scanner(Closing):
         request = self._new_request()
         local_port = self._control.port
         items = []
-        if local_port != IO_PORT and not self._multicast:
+        if local_port != IO_PORT:
             # The adapter must learn any port other than the usual one.
             items.append((Item.T_TO_O_ADDRESS, socket_address("0.0.0.0", local_port)))
         reply, answered = self._ask(request.forward_open(), *items)
@@ -238,10 +231,6 @@ class Scanner(Closing):
             )
         addresses = {kind: decode_socket_address(data) for kind, data in answered}
         _, destination_port = addresses.get(Item.O_TO_T_ADDRESS) or ("", IO_PORT)
-        join = (addresses.get(Item.T_TO_O_ADDRESS) if self._multicast else None) or ("", IO_PORT)
-        if self._multicast and not join[0]:
-            self.close_connection()
-            raise EnipError("the adapter has not told its multicast group")
         is_owner = self._kind is ConnectionKind.EXCLUSIVE_OWNER
         self._number += 1
         self.ended = None
@@ -259,9 +248,6 @@ class Scanner(Closing):
             destination=self._host,
             destination_port=destination_port,
             run_idle=is_owner,
-            multicast=self._multicast,
-            join=join[0],
-            join_port=join[1],
             dscp=_SCHEDULED_DSCP,
         )
         self._control.add(self.connection)
@@ -403,7 +389,6 @@ class Scanner(Closing):
             o_to_t_length=o_to_t,
             t_to_o_length=t_to_o,
             multiplier=self._multiplier,
-            multicast=self._multicast,
             consuming=asked.output_instance if is_owner else self._heartbeat,
             producing=asked.input_instance,
             configuration=asked.configuration,

@@ -48,39 +48,41 @@ class Adapter(Closing):
     ) -> None:
         check_size(size)
         self.size = size
-        self._child: Child | None = None
         self._closed = False
         self._failure = ""
         self.shared = SharedImages.create(size)
+        settings = {
+            "memory": self.shared.name,
+            "host": host,
+            "port": port,
+            "cyclic": cyclic,
+            "identity": asdict(identity or Identity()),
+            "options": asdict(options or AdapterOptions()),
+        }
         try:
-            settings = {
-                "memory": self.shared.name,
-                "host": host,
-                "port": port,
-                "cyclic": cyclic,
-                "identity": asdict(identity or Identity()),
-                "options": asdict(options or AdapterOptions()),
-            }
-            started = self._start(settings)
+            self._child = Child(MODULE, settings, "the EtherNet/IP adapter's process")
         except BaseException:
-            self.close()
+            self.shared.close()
             raise
         finally:
             # All sides have opened the memory. Without a name, nothing remains after the end.
             self.shared.unlink()
+        started = self._child.started
+        if "port" not in started:
+            self.close()
+            raise _refused(started, f"{host}:{port}")
         self.address: tuple[str, int] = (host, started["port"])
         self.io_port: int | None = started["io_port"]
 
     @property
     def pid(self) -> int:
         """Return the id of the adapter's process."""
-        assert self._child is not None
         return self._child.process.pid
 
     @property
     def alive(self) -> bool:
         """Return whether the adapter's process runs; if not, `shared` shows its last state."""
-        return self._child is not None and self._child.process.poll() is None
+        return self._child.process.poll() is None
 
     @property
     def failure(self) -> str:
@@ -100,34 +102,28 @@ class Adapter(Closing):
     def close(self) -> None:
         """Stop the process and free the memory; more than once does no harm."""
         self._closed = True
-        if self._child is not None:
-            self._child.stop()
-            self._child.reports.close()
+        self._child.stop()
+        self._child.reports.close()
         self.shared.close()
 
     def wait_for_failure(self) -> str:
         """Wait a moment for the process to end, and return `failure`."""
-        if self._child is not None and not self._closed:
+        if not self._closed:
             self._child.wait_for_code()
         return self.failure
 
     def _find_failure(self) -> str:
-        assert self._child is not None
         if last := self._child.reports.readline():
             return f"the EtherNet/IP adapter has ended: {json.loads(last)['died']}"
         how = how_ended(self._child.process.returncode)
         return f"the process of the EtherNet/IP adapter has ended by itself ({how})"
 
-    def _start(self, settings: dict[str, Any]) -> dict[str, Any]:
-        """Start the process and wait until it listens; return its ports."""
-        self._child = Child(MODULE, settings, "the EtherNet/IP adapter's process")
-        started = self._child.started
-        if "refused" in started:
-            raise EnipError(started["refused"])
-        if "error" in started:
-            where = f"{settings['host']}:{settings['port']}"
-            raise EnipError(
-                f"the EtherNet/IP adapter cannot listen on {where}: {started['error']}",
-                hint="choose an address of this machine and a free port",
-            )
-        return started
+
+def _refused(started: dict[str, Any], where: str) -> EnipError:
+    """Return the error of a process that has not begun to listen."""
+    if "refused" in started:
+        return EnipError(started["refused"])
+    return EnipError(
+        f"the EtherNet/IP adapter cannot listen on {where}: {started['error']}",
+        hint="choose an address of this machine and a free port",
+    )

@@ -140,7 +140,7 @@ class _Adapter:
             self._shared.to_master,
             self._shared.to_robot,
             Identity(**self._settings["identity"]),
-            AdapterOptions.from_message(self._settings["options"]),
+            AdapterOptions(**self._settings["options"]),
             self._control,
             lambda: self._shared.owner,
             interface,

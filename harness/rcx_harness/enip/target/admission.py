@@ -12,8 +12,8 @@ from collections.abc import Collection, Iterable
 from rcx_harness.enip.codec.cip import ClassId, ElectronicKey, ExtendedStatus, Refusal, Status
 from rcx_harness.enip.codec.forward_open import ConnectionPath, ConnectionType, ForwardOpen
 from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE, ConnectionKind
-from rcx_harness.enip.options import AdapterOptions, Identity
-from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
+from rcx_harness.enip.options import CONFIGURATIONS, KINDS, RPI_MAX_US, Identity
+from rcx_harness.spec.wire import TO_MASTER
 
 __all__ = [
     "EXPLICIT_CLASS",
@@ -127,7 +127,7 @@ def check_cyclic(
     request: ForwardOpen,
     path: ConnectionPath,
     size: int,
-    options: AdapterOptions,
+    rpi_min_us: int,
     produced_us: Collection[int] = (),
 ) -> ConnectionKind:
     """Check a class 1 connection: its application paths, sizes and intervals.
@@ -141,7 +141,7 @@ def check_cyclic(
     Raises:
         Refusal: 0x12F, 0x129, 0x12A, 0x12B, 0x126, 0x127, 0x128, 0x112, 0x11B.
     """
-    kind = _check_paths(path, options)
+    kind = _check_paths(path)
     expected = SEQUENCE_SIZE + RUN_IDLE_SIZE + size
     fitting = (expected,) if kind is ConnectionKind.EXCLUSIVE_OWNER else _HEARTBEATS
     if request.o_to_t.size not in fitting:
@@ -149,7 +149,7 @@ def check_cyclic(
         raise refused(ExtendedStatus.O_TO_T_SIZE, best)
     if request.t_to_o.size != SEQUENCE_SIZE + size:
         raise refused(ExtendedStatus.T_TO_O_SIZE, SEQUENCE_SIZE + size)
-    _check_intervals(request, options.rpi_min_us, options.rpi_max_us)
+    _check_intervals(request, rpi_min_us, RPI_MAX_US)
     if path.inhibit_us > request.t_to_o_rpi:
         raise refused(ExtendedStatus.INHIBIT_TIME_ABOVE_RPI)
     for required in produced_us:
@@ -158,24 +158,19 @@ def check_cyclic(
     return kind
 
 
-def _check_paths(path: ConnectionPath, options: AdapterOptions) -> ConnectionKind:
+def _check_paths(path: ConnectionPath) -> ConnectionKind:
     if path.class_id != ClassId.ASSEMBLY or not 2 <= len(path.numbers) <= 3:
         raise refused(ExtendedStatus.INCONSISTENT_PATHS)
     *configuration, consuming, producing = path.numbers
-    if configuration and configuration[0] not in options.configurations:
+    if configuration and configuration[0] not in CONFIGURATIONS:
         raise refused(ExtendedStatus.CONFIGURATION_PATH)
-    kinds = {
-        TO_ROBOT: ConnectionKind.EXCLUSIVE_OWNER,
-        options.input_only: ConnectionKind.INPUT_ONLY,
-        options.listen_only: ConnectionKind.LISTEN_ONLY,
-    }
-    if consuming not in kinds:
+    if consuming not in KINDS:
         raise refused(ExtendedStatus.CONSUMING_PATH)
     if producing != TO_MASTER:
         raise refused(ExtendedStatus.PRODUCING_PATH)
     if path.configuration:
         raise refused(ExtendedStatus.CONFIGURATION_SIZE, 0)
-    return kinds[consuming]
+    return KINDS[consuming]
 
 
 def _check_intervals(request: ForwardOpen, least: int, greatest: int) -> None:

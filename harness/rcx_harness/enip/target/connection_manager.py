@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from rcx_harness.enip.codec import forward_open as bytes_of
 from rcx_harness.enip.codec.cip import (
@@ -38,6 +37,7 @@ from rcx_harness.enip.cyclic.connections import (
     ConnectionKind,
     ConnectionParameters,
 )
+from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.admission import (
@@ -56,7 +56,6 @@ __all__ = [
     "MAX_EXPLICIT",
     "MAX_EXPLICIT_OF_PEER",
     "ConnectionManager",
-    "CyclicPart",
     "ExplicitConnection",
     "Origin",
     "random_id",
@@ -153,23 +152,6 @@ def random_id() -> int:
     return secrets.randbits(_ID_BITS)
 
 
-class CyclicPart(Protocol):
-    """The part that produces and consumes the packets of class 1."""
-
-    @property
-    def port(self) -> int:
-        """Return the UDP port of the packets to us."""
-        ...
-
-    def add(self, parameters: ConnectionParameters) -> None:
-        """Start a connection; does not wait."""
-        ...
-
-    def remove(self, number: int) -> None:
-        """Stop a connection."""
-        ...
-
-
 class ConnectionManager:
     """The connections of one adapter.
 
@@ -187,7 +169,7 @@ class ConnectionManager:
         size: int,
         identity: Identity,
         options: AdapterOptions,
-        cyclic: CyclicPart | None,
+        cyclic: CyclicControl | None,
         clock: Callable[[], float],
         draw_id: Callable[[], int] = random_id,
         on_refused: Callable[[str], None] = lambda text: None,
@@ -237,7 +219,7 @@ class ConnectionManager:
             data = bytes_of.refusal_data(request, remaining)
             if opens:
                 self._on_refused(refusal_text(origin.peer, asked, refusal, self._facts()))
-            return encode_reply(request.service, refusal.status, data, self._words(refusal))
+            return encode_reply(request.service, refusal.status, data, refusal.extended)
         return encode_reply(request.service, Status.SUCCESS, data)
 
     def explicit(self, connection_id: int, session: int) -> ExplicitConnection | None:
@@ -318,7 +300,7 @@ class ConnectionManager:
         multicast = request.t_to_o.kind is ConnectionType.MULTICAST
         shared = [other for other in self._class1.values() if other.multicast] if multicast else []
         produced = [other.t_to_o_api_us for other in shared[:1]]
-        kind = check_cyclic(request, path, self._size, self._options, produced)
+        kind = check_cyclic(request, path, self._size, self._options.rpi_min_us, produced)
         if self._cyclic is None:
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS)
         self._check_room(kind, origin.peer)
@@ -425,7 +407,7 @@ class ConnectionManager:
         owners = [one.peer for one in self._class1.values() if one.is_owner]
         cyclic = self._cyclic is not None
         owner = owners[0] if owners else ""
-        return Facts(self._size, self._identity, self._options, owner, cyclic)
+        return Facts(self._size, self._identity, self._options.rpi_min_us, owner, cyclic)
 
     def _new_id(self) -> int:
         """Return a connection id that none of ours has; 0 is not an id."""
@@ -435,10 +417,3 @@ class ConnectionManager:
         while True:
             if (number := self._draw_id()) not in taken:
                 return number
-
-    def _words(self, refusal: Refusal) -> tuple[int, ...]:
-        """Return the extended status, with its further words only if the code has them."""
-        if not self._options.older_status or not refusal.extended:
-            return refusal.extended
-        code = ExtendedStatus(refusal.extended[0]).older
-        return refusal.extended if code == refusal.extended[0] else (code,)

@@ -27,11 +27,11 @@ from rcx_harness.enip.codec.encapsulation import (
     unconnected_items,
 )
 from rcx_harness.enip.cyclic.connections import OwnerState, multicast_address
+from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.shared import Image
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.connection_manager import (
     ConnectionManager,
-    CyclicPart,
     Origin,
     random_id,
 )
@@ -49,6 +49,8 @@ IDLE_S = 10.0
 """A session that has been silent for so long gives way to a newcomer, if there is no room."""
 
 
+#: Commands that need the session of the connection.
+_OF_SESSION = (Command.UNREGISTER_SESSION, Command.SEND_RR_DATA, Command.SEND_UNIT_DATA)
 #: Bytes of a header with the length of its data.
 _LENGTH = slice(2, 4)
 
@@ -96,7 +98,7 @@ class Session:
         now = self._device.clock()
         if self._received and now - self._started >= SLOW_S:
             return True
-        limit = self._device.inactivity_s
+        limit = self._device.objects.inactivity_s
         return limit > 0 and now - self._last_frame >= limit
 
     def gives_way(self) -> tuple[bool, float] | None:
@@ -135,6 +137,9 @@ class Session:
     def _answer(self, frame: Frame) -> Frame | None:
         if self.ended:
             return frame.answer(status=EncapsulationStatus.INVALID_LENGTH)
+        ours = self._handle != 0 and frame.session == self._handle
+        if frame.command in _OF_SESSION and not ours:
+            return frame.answer(status=EncapsulationStatus.INVALID_SESSION)
         if command := self._commands.get(frame.command):
             return command(frame)
         listed = self._device.listing.answer(frame, self._local)
@@ -153,15 +158,10 @@ class Session:
             return frame.answer(ours, EncapsulationStatus.INSUFFICIENT_MEMORY)
         return frame.answer(ours, session=self._handle)
 
-    def _unregister(self, frame: Frame) -> Frame | None:
-        if not self._is_ours(frame):
-            return frame.answer(status=EncapsulationStatus.INVALID_SESSION)
+    def _unregister(self, _: Frame) -> None:
         self.ended = True
-        return None
 
     def _send_rr_data(self, frame: Frame) -> Frame:
-        if not self._is_ours(frame):
-            return frame.answer(status=EncapsulationStatus.INVALID_SESSION)
         self._has_asked = True
         found = unconnected_items(frame.data)
         if found is None or len(found[0]) < 2:
@@ -172,8 +172,6 @@ class Session:
         )
 
     def _send_unit_data(self, frame: Frame) -> Frame | None:
-        if not self._is_ours(frame):
-            return frame.answer(status=EncapsulationStatus.INVALID_SESSION)
         found = connected_items(frame.data)
         if found is None:
             return frame.answer(status=EncapsulationStatus.INCORRECT_DATA)
@@ -189,9 +187,6 @@ class Session:
 
     def _origin(self, addresses: dict[int, bytes]) -> Origin:
         return Origin(self._peer, self._local[0], self._handle, addresses)
-
-    def _is_ours(self, frame: Frame) -> bool:
-        return self._handle != 0 and frame.session == self._handle
 
 
 MAX_SESSIONS = 64
@@ -222,7 +217,7 @@ class Device:
         to_robot: Image,
         identity: Identity | None = None,
         options: AdapterOptions | None = None,
-        cyclic: CyclicPart | None = None,
+        cyclic: CyclicControl | None = None,
         owner_state: Callable[[], OwnerState] = lambda: OwnerState.NONE,
         interface: NetworkInterface | None = None,
         clock: Callable[[], float] = time.monotonic,
@@ -257,15 +252,9 @@ class Device:
             is_owned=lambda: self.connections.is_owned,
             interface=interface,
             group=group,
-            inactivity_s=options.inactivity_s,
         )
         self.router = Router(self.objects, identity, self.connections, self._reset)
         self.listing = Listing(self.router, cyclic is not None)
-
-    @property
-    def inactivity_s(self) -> int:
-        """Return the seconds of silence before a TCP connection is closed; 0 for never."""
-        return self.objects.inactivity_s
 
     def connect(self, local: tuple[str, int], peer: str) -> Session:
         """Return the session layer of a new TCP connection."""

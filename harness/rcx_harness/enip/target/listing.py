@@ -96,7 +96,7 @@ class Datagrams:
             return None
         listed = None
         if length == 0 or not broadcast:
-            listed = self._listing.answer(frame.with_data(data[HEADER_SIZE:]), local)
+            listed = self._listing.answer(frame._replace(data=data[HEADER_SIZE:]), local)
         if listed is None:
             # RegisterSession, SendRRData and all that need a session are not for UDP.
             refused = frame.answer(status=EncapsulationStatus.INVALID_COMMAND)

@@ -20,7 +20,7 @@ from cpppo.server.enip import device, parser
 
 from rcx_harness.enip.codec.cip import REVISIONS, ClassId, Path, Refusal, Status
 from rcx_harness.enip.cyclic.shared import Image
-from rcx_harness.enip.options import Identity
+from rcx_harness.enip.options import INACTIVITY_S, Identity
 from rcx_harness.enip.target.network_interface import NetworkInterface
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 
@@ -114,9 +114,8 @@ class _Value(device.Attribute):  # type: ignore[misc]  # cpppo has no types
         name: str,
         read: Callable[[], bytes],
         write: Callable[[bytes], None] | None = None,
-        mask: int = 0,
     ) -> None:
-        super().__init__(name, parser.USINT, default=b"", mask=mask)
+        super().__init__(name, parser.USINT, default=b"")
         self.read = read
         self.write = write
 
@@ -135,7 +134,9 @@ class ObjectModel:
         status: Returns the status word of the Identity object.
         is_owned: Returns whether a connection owns assembly 150.
         group: First multicast address of the adapter.
-        inactivity_s: Initial value of the TCP/IP Interface object's attribute 13.
+
+    Attributes:
+        inactivity_s: Silence before a TCP connection is closed [s]; 0 for never.
     """
 
     def __init__(
@@ -147,10 +148,9 @@ class ObjectModel:
         is_owned: Callable[[], bool],
         interface: NetworkInterface,
         group: str,
-        inactivity_s: int,
     ) -> None:
         self._found: dict[tuple[int, ...], Any] = {}
-        self._inactivity_s = inactivity_s
+        self.inactivity_s = INACTIVITY_S
         self._dscp = dict(DSCP)
         self._is_owned = is_owned
         device.lookup_reset()
@@ -168,17 +168,12 @@ class ObjectModel:
         values = _fixed_values(tcp_ip_values(interface, group))
         values[_CONTROL].write = self._keep_control
         values[_INACTIVITY] = _Value(
-            "Inactivity", lambda: struct.pack("<H", self._inactivity_s), self._set_inactivity
+            "Inactivity", lambda: struct.pack("<H", self.inactivity_s), self._set_inactivity
         )
         _add(ClassId.TCP_IP, 1, values)
         for port in (1, 2):
             link = ethernet_link_values(port, interface.hardware_address)
             _add(ClassId.ETHERNET_LINK, port, _fixed_values(link))
-
-    @property
-    def inactivity_s(self) -> int:
-        """Return the seconds of silence before a TCP connection is closed; 0 for never."""
-        return self._inactivity_s
 
     @property
     def explicit_dscp(self) -> int:
@@ -270,7 +265,7 @@ class ObjectModel:
         seconds = int.from_bytes(data, "little")
         if seconds > _MAX_INACTIVITY_S:
             raise Refusal(Status.INVALID_ATTRIBUTE_VALUE)
-        self._inactivity_s = seconds
+        self.inactivity_s = seconds
 
     def _dscp_attribute(self, number: int) -> _Value:
         def write(data: bytes) -> None:

@@ -10,14 +10,21 @@ from dataclasses import dataclass
 
 from rcx_harness.enip.codec.cip import ExtendedStatus, Refusal, Status, extended_text, status_text
 from rcx_harness.enip.codec.forward_open import ForwardOpen, decode_connection_path
-from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE
-from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE, ConnectionKind
+from rcx_harness.enip.options import CONFIGURATIONS, KINDS, RPI_MAX_US, Identity
 from rcx_harness.enip.target.admission import EXPLICIT_CLASS
 from rcx_harness.spec.wire import AREA_SIZES, TO_MASTER, TO_ROBOT
 from structured_text.output.units import format_us
 
 __all__ = ["Facts", "refusal_text"]
 
+_POINTS = {kind: point for point, kind in KINDS.items()}
+_READING = ", ".join(f"{point} {kind.value}" for point, kind in KINDS.items() if point != TO_ROBOT)
+_NAMES = {
+    ConnectionKind.EXCLUSIVE_OWNER: "an exclusive owner connection",
+    ConnectionKind.INPUT_ONLY: "an input only connection",
+    ConnectionKind.LISTEN_ONLY: "a listen only connection",
+}
 _HEADER = "the 32-bit run/idle header"
 _TRIES = 8  # numbers of a path that are shown
 
@@ -34,7 +41,7 @@ class Facts:
 
     size: int
     identity: Identity
-    options: AdapterOptions
+    rpi_min_us: int
     owner: str
     cyclic: bool
 
@@ -48,22 +55,18 @@ def refusal_text(peer: str, request: ForwardOpen | None, refusal: Refusal, facts
         code, meaning = f"0x{refusal.status:02X}", status_text(refusal.status)
     else:
         code, meaning = f"0x{refusal.extended[0]:04X}", extended_text(refusal.extended[0])
-    asked = "a connection" if request is None else _asked(request, facts.options)
+    asked = "a connection" if request is None else _asked(request)
     remedy = "" if request is None else _remedy(request, refusal, facts)
     text = f"{peer} asked for {asked}: refused with {code}, {meaning}"
     return f"{text}; {remedy}" if remedy else text
 
 
-def _asked(request: ForwardOpen, options: AdapterOptions) -> str:
+def _asked(request: ForwardOpen) -> str:
     if request.transport_class == EXPLICIT_CLASS:
         return "a connection for explicit messages (class 3)"
-    kinds = {
-        TO_ROBOT: "an exclusive owner connection",
-        options.input_only: "an input only connection",
-        options.listen_only: "a listen only connection",
-    }
     numbers = _numbers(request)
-    what = kinds.get(numbers[-2], "a connection") if len(numbers) > 1 else "a connection"
+    kind = KINDS.get(numbers[-2]) if len(numbers) > 1 else None
+    what = "a connection" if kind is None else _NAMES[kind]
     sizes = f"{request.o_to_t.size} bytes to the controller, {request.t_to_o.size} from it"
     every = format_us(request.o_to_t_rpi)
     if request.t_to_o_rpi != request.o_to_t_rpi:
@@ -81,7 +84,7 @@ def _numbers(request: ForwardOpen) -> tuple[int, ...]:
 def _remedy(request: ForwardOpen, refusal: Refusal, facts: Facts) -> str:
     if refusal.status != Status.CONNECTION_FAILURE or not refusal.extended:
         return ""
-    code, options = refusal.extended[0], facts.options
+    code = refusal.extended[0]
     if code == ExtendedStatus.O_TO_T_SIZE and request.transport_class != EXPLICIT_CLASS:
         return _to_controller(request, facts)
     if code == ExtendedStatus.T_TO_O_SIZE and request.transport_class != EXPLICIT_CLASS:
@@ -89,10 +92,10 @@ def _remedy(request: ForwardOpen, refusal: Refusal, facts: Facts) -> str:
     if code == ExtendedStatus.OWNERSHIP_CONFLICT:
         return (
             f"{facts.owner} is its master: disconnect that one or wait for its time-out, "
-            f"or only read, by connection point {options.input_only} (input only)"
+            f"or only read, by connection point {_POINTS[ConnectionKind.INPUT_ONLY]} (input only)"
         )
     if code in (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE):
-        return _interval(request, refusal, options)
+        return _interval(request, refusal, facts.rpi_min_us)
     if code in _KEYS:
         own = facts.identity
         return (
@@ -102,12 +105,12 @@ def _remedy(request: ForwardOpen, refusal: Refusal, facts: Facts) -> str:
             f"{own.minor_revision} (--revision)"
         )
     if code == ExtendedStatus.CONFIGURATION_PATH:
-        allowed = ", ".join(map(str, options.configurations))
+        allowed = ", ".join(map(str, CONFIGURATIONS))
         return f"set its configuration instance to none or one of {allowed}, with size 0"
     if code in (ExtendedStatus.CONSUMING_PATH, ExtendedStatus.PRODUCING_PATH, *_PATHS):
         named = ", ".join(map(str, _numbers(request)[:_TRIES])) or "no assembly"
         return (
-            f"it named {named}; the output is assembly {TO_ROBOT} (only to read: {_points(options)}"
+            f"it named {named}; the output is assembly {TO_ROBOT} (only to read: {_READING}"
             f"), the input assembly {TO_MASTER}"
         )
     if code == ExtendedStatus.OUT_OF_CONNECTIONS and not facts.cyclic:
@@ -136,10 +139,6 @@ _OTHERS: dict[int, str] = {
     ExtendedStatus.INHIBIT_TIME_ABOVE_RPI: "set a shorter production inhibit time",
     ExtendedStatus.OUT_OF_CONNECTIONS: "close connections that are not needed",
 }
-
-
-def _points(options: AdapterOptions) -> str:
-    return f"{options.input_only} input only, {options.listen_only} listen only"
 
 
 def _to_controller(request: ForwardOpen, facts: Facts) -> str:
@@ -173,17 +172,14 @@ def _set_size(asked: int, size: int, header: str) -> str:
     return text
 
 
-def _interval(request: ForwardOpen, refusal: Refusal, options: AdapterOptions) -> str:
-    least, greatest = options.rpi_min_us, options.rpi_max_us
+def _interval(request: ForwardOpen, refusal: Refusal, least: int) -> str:
     asked = (request.o_to_t_rpi, request.t_to_o_rpi)
     if request.transport_class == EXPLICIT_CLASS:
         return "set at least 1 ms"
-    if all(least <= one <= greatest for one in asked) and len(refusal.extended) >= 6:
+    if all(least <= one <= RPI_MAX_US for one in asked) and len(refusal.extended) >= 6:
         shared = refusal.extended[4] | refusal.extended[5] << 16
         return f"its multicast input is sent every {format_us(shared)}: set that, or point to point"
+    text = f"set {format_us(least)} to {format_us(RPI_MAX_US)} in the PLC"
     return (
-        f"set {format_us(least)} to {format_us(greatest)} in the PLC, or start the controller with "
-        "a smaller --rpi-min"
-        if min(asked) < least
-        else f"set {format_us(least)} to {format_us(greatest)} in the PLC"
+        f"{text}, or start the controller with a smaller --rpi-min" if min(asked) < least else text
     )

@@ -70,14 +70,6 @@ class TcpServer:
         oldest.give_way()
         return True
 
-    def add(self, connection: _Connection) -> None:
-        """Add a new connection."""
-        self.connections.add(connection)
-
-    def discard(self, connection: _Connection) -> None:
-        """Remove a closed connection."""
-        self.connections.discard(connection)
-
     def close_overdue(self) -> None:
         """Close connections that have been silent or slow for too long."""
         for connection in list(self.connections):
@@ -122,7 +114,7 @@ class _Connection(asyncio.BufferedProtocol):
         wire: socket.socket = transport.get_extra_info("socket")
         wire.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, device.objects.explicit_dscp << 2)
         self._admitted = True
-        self._server.add(self)
+        self._server.connections.add(self)
 
     def get_buffer(self, sizehint: int) -> memoryview:
         """Return the buffer for the next bytes: one turn's bytes, the rest waits."""
@@ -157,7 +149,7 @@ class _Connection(asyncio.BufferedProtocol):
     def _leave(self) -> None:
         if self._admitted:
             self._admitted = False
-            self._server.discard(self)
+            self._server.connections.discard(self)
             self.session.close()
 
 

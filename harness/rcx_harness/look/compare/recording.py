@@ -197,18 +197,11 @@ def _of_capture(
         raise InputError(f"{len(found)} controllers are in it", file=path, hint=hint)
     robot = next(one for one in network.robots.values() if one.number == found[0])
     intervals = [one.to_master_us for one in robot.connections]
-    slowest_us = max(intervals, default=0) or _interval_us(robot.connections)
+    if not any(intervals):  # the recording has no Forward Open: the mean interval
+        heard = [way for one in robot.connections if (way := one.to_master).packets > 1]
+        intervals = [(way.last_us - (way.first_us or 0)) // (way.packets - 1) for way in heard]
+    slowest_us = max(intervals, default=0)
     recording = _of_samples(path, samples, slowest_us + 2 * CYCLE_US)
     ways = [way for one in robot.connections for way in (one.to_robot, one.to_master)]
     missing = sum(way.lost + way.cut for way in ways)
     return replace(recording, trouble=capture.trouble("compared"), missing=missing)
-
-
-def _interval_us(connections: Sequence[object]) -> int:
-    """Return the mean packet interval, used if the recording has no Forward Open."""
-    longest = 0
-    for one in connections:
-        way = one.to_master  # type: ignore[attr-defined]
-        if way.packets > 1 and way.first_us is not None:
-            longest = max(longest, (way.last_us - way.first_us) // (way.packets - 1))
-    return longest

@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from rcx_harness.look.compare.fit import Fit
 from rcx_harness.robot import RobotConfig
 from structured_text.errors import InputError
-from structured_text.output.toml_files import toml_text
+from structured_text.output.toml_files import toml_text, toml_value
 
 __all__ = ["robot_file"]
 
@@ -30,10 +29,12 @@ def robot_file(fit: Fit, base: Path | None, of: str) -> str:
         for entry in fields(RobotConfig)
         if getattr(fit.config, entry.name) != getattr(before, entry.name)
     }
-    head, table, rest = _split(old)
+    tables = re.search(r"^\s*\[", old, re.MULTILINE)
+    head, table = (old[: tables.start()], old[tables.start() :]) if tables else (old, "")
     kept = [line for line in head.splitlines() if _key(line) not in changed]
-    text = "\n".join([*_comment(fit, of), *map(_line, changed.items()), "", *kept])
-    text = text.rstrip() + "\n" + (f"\n{table}{rest}" if table else "")
+    keys = [f"{key} = {toml_value(value)}" for key, value in changed.items()]
+    text = "\n".join([*_comment(fit, of), *keys, "", *kept])
+    text = text.rstrip() + "\n" + (f"\n{table}" if table else "")
     with TemporaryDirectory() as folder:
         written = Path(folder) / "robot.toml"
         written.write_text(text, encoding="utf-8")
@@ -41,12 +42,6 @@ def robot_file(fit: Fit, base: Path | None, of: str) -> str:
             hint = "write each key that stands above the tables on one line"
             raise InputError("what was found cannot be put into it", file=base, hint=hint)
     return text
-
-
-def _split(text: str) -> tuple[str, str, str]:
-    """Return the text before the first table, the rest, and an empty text."""
-    found = re.search(r"^\s*\[", text, re.MULTILINE)
-    return (text[: found.start()], text[found.start() :], "") if found else (text, "", "")
 
 
 def _key(line: str) -> str:
@@ -67,17 +62,3 @@ def _comment(fit: Fit, of: str) -> Iterator[str]:
             line = "#"
         line += f"{',' if line != '#' else ''} {name}"
     yield line
-
-
-def _line(item: tuple[str, Any]) -> str:
-    return f"{item[0]} = {_toml(item[1])}"
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    return repr(value)

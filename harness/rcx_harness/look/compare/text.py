@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -221,12 +222,8 @@ def _long(one: Difference) -> int:
 
 
 def _at(outputs: Sequence[tuple[int, bytes]], at_us: int) -> bytes:
-    found = outputs[0][1]
-    for t_us, area in outputs:
-        if t_us > at_us:
-            break
-        found = area
-    return found
+    place = bisect_right(outputs, at_us, key=lambda one: one[0])
+    return outputs[max(0, place - 1)][1]
 
 
 def _asked(recording: Recording, at_us: int) -> tuple[int, bytes]:

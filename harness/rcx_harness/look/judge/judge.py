@@ -122,10 +122,6 @@ class _Judge:
             self._trace.add(Scan(*at, controller=sample.controller))
         self._draw(sample)
 
-    def note(self, note: Note) -> None:
-        """Report a note about a connection."""
-        self.tell(note.t_us, note.controller, note.text)
-
     def tell(self, t_us: int, controller: int, text: str) -> None:
         """Report one event as a line."""
         if self._wanted(t_us):
@@ -242,7 +238,7 @@ def _judge_capture(
                 progress(min(1.0, capture.read_bytes / length))
             for found in network.take(packet):
                 if isinstance(found, Note):
-                    one.note(found)
+                    one.tell(found.t_us, found.controller, found.text)
                 else:
                     one.take(found)
         one.result.last_us = capture.last_us

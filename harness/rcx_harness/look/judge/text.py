@@ -7,10 +7,9 @@ from datetime import datetime, timezone
 from typing import Any
 
 from rcx_harness.look.judge.capture import host_text
-from rcx_harness.look.judge.follow import Follower, ordered
+from rcx_harness.look.judge.follow import Follower, Times, ordered
 from rcx_harness.look.judge.judge import Judgement
 from rcx_harness.look.judge.network import Connection, Robot
-from rcx_harness.look.judge.times import Times
 from rcx_harness.look.judge.ways import Way
 from structured_text.output.units import format_us
 

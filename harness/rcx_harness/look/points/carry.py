@@ -7,7 +7,7 @@ from typing import Any
 
 from rcx_harness.look.points.stored import Key, Stored
 from rcx_harness.look.probe.asker import Answer, Asker, NoAnswerError
-from rcx_harness.look.probe.line import Line
+from rcx_harness.look.probe.line import NetworkLine
 from rcx_harness.robot.stored import Hand, Pallet, Point
 from rcx_harness.spec.wire import NORMAL_END, READY
 
@@ -27,7 +27,6 @@ _COMMANDS = {
     "hands": ("Hand", "hand_number"),
     "pallets": ("Pallet", "pallet"),
 }
-_TURNS = {1: 1, 15: -1}  # four bits to arm rotation; all other patterns mean 0
 
 #: A function that is called with the finished share, 0 to 1.
 Progress = Callable[[float], None]
@@ -52,7 +51,7 @@ class Carrier:
 
     def __init__(
         self,
-        line: Line,
+        line: NetworkLine,
         undefined: Collection[str] = UNDEFINED,
         timeout_us: int = TIMEOUT_US,
     ) -> None:
@@ -123,33 +122,22 @@ def _value(kind: str, answer: Answer) -> Any:
     """Return the value of an answer; None if the answer is not a definition."""
     got = answer.fields
     if kind == "points":
-        turns = (_TURNS.get(got[name], 0) for name in ("arm1", "arm2"))
-        return Point(tuple(got["positions"]), bool(got["unit"]), got["hand"] % 3, *turns)
+        return Point.of(got)
     if kind == "comments":
         return got["comment"].rstrip("\0 ") or None
     if kind == "shifts":
         return tuple(got["shift_data"])
     if kind == "hands":
-        one, two, three, four = (got[f"data{k}"] for k in range(1, 5))
-        return Hand((one, two, three, four))
-    pallet = Pallet(got["nx"], got["ny"], got["nz"], got["first_point"])
+        return Hand.of(got)
+    pallet = Pallet.of(got)
     return pallet if pallet.count else None
 
 
 def _fields(kind: str, value: Any) -> dict[str, Any]:
     """Return the fields of a definition."""
-    if kind == "points":
-        return {
-            "unit": int(value.mm),
-            "hand": value.hand,
-            "arm1": value.arm1 & 0xF,
-            "arm2": value.arm2 & 0xF,
-            "positions": value.data,
-        }
     if kind == "comments":
         return {"comment": value.ljust(16)}
     if kind == "shifts":
         return {"shift_data": value}
-    if kind == "hands":
-        return {f"data{k}": part for k, part in enumerate(value.data, 1)}
-    return {"nx": value.nx, "ny": value.ny, "nz": value.nz, "first_point": value.first}
+    fields: dict[str, Any] = value.fields
+    return fields

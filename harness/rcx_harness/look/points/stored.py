@@ -13,7 +13,7 @@ from typing import Any
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.stored import Hand, Pallet, Point, Shift
 from structured_text.errors import InputError
-from structured_text.output.toml_files import load_toml
+from structured_text.output.toml_files import load_toml, toml_value
 
 __all__ = ["KINDS", "Key", "Stored", "as_csv", "as_toml", "from_toml", "shown", "without_foreign"]
 
@@ -66,7 +66,8 @@ def as_toml(stored: Stored, head: Iterable[str]) -> str:
     lines = [f"# {line}" for line in head]
     for (_, number), point in sorted(stored.of("points").items()):
         lines += ["", f"[points.{number}]", *_point_lines(point)]
-    lines += _table("comments", ((n, _quoted(text)) for (_, n), text in _in_order(stored)))
+    comments = sorted(stored.of("comments").items())
+    lines += _table("comments", ((n, toml_value(text)) for (_, n), text in comments))
     shifts = sorted(stored.of("shifts").items())
     lines += _table("shifts", ((n, _list(map(_mm, shift))) for (_, n), shift in shifts))
     hands = sorted(stored.of("hands").items())
@@ -121,7 +122,7 @@ def shown(value: Any) -> str:
     if value is None:
         return "not defined"
     if isinstance(value, str):
-        return _quoted(value)
+        return toml_value(value)
     if isinstance(value, Point):
         return ", ".join(_point_lines(value))
     if isinstance(value, Pallet):
@@ -130,10 +131,6 @@ def shown(value: Any) -> str:
         return f"{_list(map(str, value.data))} as on the wire"
     shift: Shift = value
     return f"{_list(map(_mm, shift))} mm"
-
-
-def _in_order(stored: Stored) -> list[tuple[tuple[int, int], str]]:
-    return sorted(stored.of("comments").items())
 
 
 def _point_lines(point: Point) -> Iterator[str]:
@@ -157,8 +154,3 @@ def _mm(value: int) -> str:
 
 def _list(values: Iterable[str]) -> str:
     return f"[{', '.join(values)}]"
-
-
-def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04X}" for c in escaped) + '"'

@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rcx_harness.look.probe.finding import Finding, SkipError
-from rcx_harness.look.probe.line import Line, LostError
+from rcx_harness.look.probe.line import LostError, NetworkLine
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.area import input_words
 from rcx_harness.spec import FieldValue, command, commands, signals
@@ -15,7 +14,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, ENDS, NORMAL_END, READ
 from rcx_harness.trace import Scan, Trace
 from structured_text.output.units import format_word
 
-__all__ = ["Answer", "Asker", "History", "NoAnswerError", "telegram"]
+__all__ = ["Answer", "Asker", "Finding", "History", "NoAnswerError", "SkipError", "telegram"]
 
 #: Between two changes of dedicated inputs: the manual's 100 ms and some for the packets.
 _INTERVAL_US = 130_000
@@ -28,6 +27,41 @@ _BITS = {one.short: (one.byte, 1 << one.bit) for one in (*signals().input, *sign
 _MOST_MESSAGES = 500
 #: Number of messages that are compared at each end of the history.
 _END = 6
+
+
+class SkipError(Exception):
+    """The question cannot be asked here, or its answer decides nothing; the reason in words."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The meaning of an answer.
+
+    Attributes:
+        rule: The name of the rule.
+        knob: The key of the rule; empty if the rule has none.
+        values: Possible values at the controller; (least, most) if `between`.
+        expected: The assumed value.
+        text: The evidence, in words.
+        between: The value lies between the two values, and is not the first.
+    """
+
+    rule: str
+    knob: str
+    values: tuple[Any, ...]
+    expected: Any
+    text: str
+    between: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """Return `confirmed`, `refuted`, or `open` if several values are possible."""
+        if self.between:
+            low, high = self.values
+            return "confirmed" if low < self.expected <= high else "refuted"
+        if self.expected not in self.values:
+            return "refuted"
+        return "confirmed" if len(self.values) == 1 else "open"
 
 
 @dataclass(frozen=True)
@@ -99,7 +133,7 @@ class Asker:
 
     def __init__(
         self,
-        line: Line,
+        line: NetworkLine,
         person: Callable[[str, str], bool],
         trace: Trace | None = None,
         patience_us: int = _PATIENCE_US,

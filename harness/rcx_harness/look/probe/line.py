@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from typing import Protocol
 
 from rcx_harness.enip.codec.cip import ClassId, Service, encode_path
 from rcx_harness.enip.errors import EnipError, ProcessDiedError
@@ -12,7 +11,7 @@ from rcx_harness.enip.originator.scanner import Scanner, no_packet
 from rcx_harness.look.text import identity_lines
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["Line", "LostError", "NetworkLine", "NotConnectedError"]
+__all__ = ["LostError", "NetworkLine", "NotConnectedError"]
 
 #: Written data are valid for this time unless they are written again, so that the robot stops if
 #: the probe hangs.
@@ -36,61 +35,17 @@ class NotConnectedError(LostError):
         super().__init__(f"{text}; {hint}" if hint else text)
 
 
-class Line(Protocol):
-    """The connection to a controller, as the probe uses it.
+class NetworkLine:
+    """The connection to a controller on the network; the probe is its exclusive owner.
+
+    Args:
+        rpi_us: Packet interval.
+        address: IPv4 address of this machine to send from; empty: the system chooses.
 
     Attributes:
         step_us: Shortest useful time between two reads.
         tolerance_us: A measured time may be too long by this much.
         identity: Identity of the controller, line by line.
-    """
-
-    size: int
-    step_us: int
-    tolerance_us: int
-    identity: list[str]
-
-    @property
-    def now_us(self) -> int:
-        """Return the time since the beginning."""
-
-    @property
-    def sent(self) -> int:
-        """Return the number of sent packets; each has the data at the time it was prepared."""
-
-    def open(self, first: bytes) -> None:
-        """Connect, with these bytes in the first packet.
-
-        Raises:
-            NotConnectedError: the controller does not answer, or refuses.
-        """
-
-    def drop(self) -> None:
-        """Fall silent, as if the cable were cut."""
-
-    def write(self, area: bytes, *, run: bool = True) -> None:
-        """Send this area from now on; without `run` with the idle header."""
-
-    def read(self) -> bytes:
-        """Return the area that was received last.
-
-        Raises:
-            LostError: nothing comes any more.
-        """
-
-    def wait(self, us: int) -> None:
-        """Let time pass."""
-
-    def close(self) -> None:
-        """Send zeros to the controller, then close the connection."""
-
-
-class NetworkLine:
-    """A controller on the network; the probe is its exclusive owner.
-
-    Args:
-        rpi_us: Packet interval.
-        address: IPv4 address of this machine to send from; empty: the system chooses.
     """
 
     def __init__(
@@ -114,11 +69,15 @@ class NetworkLine:
 
     @property
     def sent(self) -> int:
-        """See Line."""
+        """Return the number of sent packets; each has the data at the time it was prepared."""
         return self._scanner.shared.status().sent
 
     def open(self, first: bytes) -> None:
-        """Connect; see Line."""
+        """Connect, with these bytes in the first packet.
+
+        Raises:
+            NotConnectedError: the controller does not answer, or refuses.
+        """
         self.write(first)
         try:
             self._scanner.open()
@@ -127,23 +86,27 @@ class NetworkLine:
         deadline_us = self.now_us + _FIRST_US
         while self._scanner.read().age_us is None or not self._scanner.read().connected:
             if self.now_us > deadline_us:
-                silence = no_packet(self._scanner, _FIRST_US / 1e6)
+                silence = no_packet(self._scanner.drops(), _FIRST_US / 1e6)
                 raise NotConnectedError(silence.message, silence.hint)
             self.wait(_LOOK_US)
         self._open = True
 
     def drop(self) -> None:
-        """See Line."""
+        """Fall silent, as if the cable were cut."""
         self._open = False
         self._scanner.stop()
 
     def write(self, area: bytes, *, run: bool = True) -> None:
-        """See Line."""
+        """Send this area from now on; without `run` with the idle header."""
         self._written = area
         self._scanner.write(area, run, _LEASE_US)
 
     def read(self) -> bytes:
-        """See Line."""
+        """Return the area that was received last.
+
+        Raises:
+            LostError: nothing comes any more.
+        """
         received = self._scanner.read()
         if self._open:
             if failure := self._scanner.failure:
@@ -154,7 +117,7 @@ class NetworkLine:
         return received.image
 
     def wait(self, us: int) -> None:
-        """See Line."""
+        """Let time pass."""
         end_us = self.now_us + us
         while (left_us := end_us - self.now_us) > 0:
             if self._open:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import partial
 
 from rcx_harness.look.probe.asker import Asker
 
-__all__ = ["Question", "Risk", "asked"]
+__all__ = ["Question", "Risk", "moving", "reading", "still"]
 
 
 class Risk(IntEnum):
@@ -50,12 +51,8 @@ class Question:
     person: str = ""
 
 
-def asked(
-    risk: Risk,
-    decides: Mapping[str, tuple[str, ...]],
-    *,
-    does: str = "",
-    person: str = "",
+def _asked(
+    risk: Risk, decides: Mapping[str, tuple[str, ...]], *, does: str = "", person: str = ""
 ) -> Callable[[Callable[[Asker], None]], Question]:
     """Register a function as a question; its docstring is the title."""
 
@@ -64,3 +61,7 @@ def asked(
         return Question(name, risk, ask.__doc__ or "", does, decides, ask, person)
 
     return made
+
+
+#: Decorators that make a function a question of each risk.
+reading, still, moving = (partial(_asked, risk) for risk in Risk)

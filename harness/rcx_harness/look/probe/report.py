@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import Any
 
+from rcx_harness.look.probe.asker import Finding
 from rcx_harness.look.probe.catalogue import questions
-from rcx_harness.look.probe.finding import Finding
 from rcx_harness.look.probe.run import Outcome
 from rcx_harness.spec import folder
 from rcx_harness.spec.rules import Rule, rules
-from structured_text.output.toml_files import load_toml
+from structured_text.output.toml_files import load_toml, toml_value
 
 __all__ = ["Subject", "Verdict", "as_markdown", "as_toml", "unasked", "verdicts"]
 
@@ -89,32 +89,40 @@ def _reason(rule: Rule, outcome: Outcome) -> str:
 
 def as_toml(outcome: Outcome, subject: Subject) -> str:
     """Return the report for programs."""
-    lines = [
-        'format = "rcx-probe/1"',
-        f"host = {_text(subject.host)}",
-        f"robot = {_text(subject.robot)}",
-        f"by = {_text(subject.by)}",
-        f"date = {_text(subject.date)}",
-        f"identity = [{', '.join(_text(line) for line in outcome.identity)}]",
-        f"firmware = {_text(_firmware(outcome))}",
-        f"ended = {_text(outcome.ended)}",
-    ]
+    head = {
+        "format": "rcx-probe/1",
+        **asdict(subject),
+        "identity": outcome.identity,
+        "firmware": _firmware(outcome),
+        "ended": outcome.ended,
+    }
+    lines = [*_rows(head)]
     for one in verdicts(outcome):
-        lines += ["", "[[rule]]", f"id = {_text(one.rule.id)}", f"verdict = {_text(one.verdict)}"]
+        rule: dict[str, Any] = {"id": one.rule.id, "verdict": one.verdict}
         if one.reason:
-            lines.append(f"reason = {_text(one.reason)}")
+            rule["reason"] = one.reason
         if one.findings and one.open:
-            lines.append(f"open = [{', '.join(map(_text, one.open))}]")
-        for question, finding in one.findings:
-            lines += ["", "[[rule.finding]]", f"question = {_text(question)}"]
-            if finding.knob:
-                lines.append(f"knob = {_text(finding.knob)}")
-            lines.append(f"verdict = {_text(finding.verdict)}")
-            key = "between" if finding.between else "values"
-            lines.append(f"{key} = [{', '.join(map(_toml, finding.values))}]")
-            lines.append(f"assumed = {_toml(finding.expected)}")
-            lines.append(f"evidence = {_text(finding.text)}")
+            rule["open"] = one.open
+        lines += ["", "[[rule]]", *_rows(rule)]
+        for question, found in one.findings:
+            row: dict[str, Any] = {"question": question}
+            row |= {"knob": found.knob} if found.knob else {}
+            values = "between" if found.between else "values"
+            row |= {"verdict": found.verdict, values: found.values}
+            row |= {"assumed": found.expected, "evidence": found.text}
+            lines += ["", "[[rule.finding]]", *_rows(row)]
     return "\n".join(lines) + "\n"
+
+
+def _rows(table: Mapping[str, Any]) -> Iterator[str]:
+    for key, value in table.items():
+        yield f"{key} = {toml_value(_rounded(value))}"
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(map(_rounded, value))
+    return round(value, 3) if isinstance(value, float) else value
 
 
 def as_markdown(outcome: Outcome, subject: Subject) -> str:
@@ -191,18 +199,3 @@ def _firmware(outcome: Outcome) -> str:
 
 def _cell(text: str) -> str:
     return text.replace("|", "\\|")
-
-
-def _text(value: str) -> str:
-    shown = value.replace("\\", "\\\\").replace('"', '\\"')
-    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04X}" for c in shown) + '"'
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return _text(value)
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    return repr(round(value, 3)) if isinstance(value, float) else str(value)

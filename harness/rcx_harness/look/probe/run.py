@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rcx_harness.look.probe.asker import Asker
-from rcx_harness.look.probe.finding import Finding, SkipError
-from rcx_harness.look.probe.line import Line, LostError, NotConnectedError
+from rcx_harness.look.probe.asker import Asker, Finding, SkipError
+from rcx_harness.look.probe.line import LostError, NetworkLine, NotConnectedError
 from rcx_harness.look.probe.question import Question, Risk
 from rcx_harness.spec.wire import READY
 from rcx_harness.trace import Trace
@@ -49,7 +48,7 @@ class Person:
 
 
 def probe(
-    line: Line, asked: Sequence[Question], person: Person, trace: Path | None = None
+    line: NetworkLine, asked: Sequence[Question], person: Person, trace: Path | None = None
 ) -> Outcome:
     """Ask one question after the other; all inputs are OFF between them and at the end.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
@@ -18,7 +18,6 @@ __all__ = [
     "Action",
     "Call",
     "Execution",
-    "Lasting",
     "Response",
     "act",
     "acts_once",
@@ -64,30 +63,23 @@ class Call:
         return tuple(self.arm.indices[place] for place in self.places)
 
 
-class Execution(Protocol):
-    """A command under way."""
+class Execution:
+    """A command under way; by default the status reset command does not end it."""
 
-    stoppable: bool
+    stoppable = False
     """The status reset command may end it (continuous output), which is not a violation then."""
 
     def step(self, machine: Machine) -> Response | None:
         """Continue in this cycle; return the response once it has ended normally, else None."""
+        raise NotImplementedError
 
     def interim(self, machine: Machine) -> Response:
-        """Return the response that is shown with status 0x0100."""
-
-
-class Lasting:
-    """A command under way without interim response; the status reset command does not end it."""
-
-    stoppable = False
-
-    def interim(self, machine: Machine) -> Response:
-        """Return nothing: no response is shown before the end."""
+        """Return the response that is shown with status 0x0100: nothing before the end."""
         return {}
 
 
-_Action = Callable[[Machine, Call], Response]
+_Action = Callable[[Machine, Call], Response | None]
+_A = TypeVar("_A", bound=_Action)
 _Starter = Callable[[Machine, Call], Execution]
 _S = TypeVar("_S", bound=_Starter)
 
@@ -96,14 +88,14 @@ _STARTERS: dict[int, _Starter] = {}
 _ABSENT: set[int] = set()
 
 
-def act(*codes: int, absent: bool = False) -> Callable[[_Action], _Action]:
+def act(*codes: int, absent: bool = False) -> Callable[[_A], _A]:
     """Register a function that does the whole command when its `command_delay` is over.
 
-    `codes` are given without the robot's digit. With `absent` the function also answers for a robot
-    that does not exist.
+    It returns the response fields, or None if there are none. `codes` are given without the robot's
+    digit. With `absent` the function also answers for a robot that does not exist.
     """
 
-    def register(function: _Action) -> _Action:
+    def register(function: _A) -> _A:
         _ACTIONS.update(dict.fromkeys(codes, function))
         if absent:
             _ABSENT.update(codes)
@@ -166,7 +158,7 @@ def perform(machine: Machine, wanted: Request) -> Execution | None:
     return None
 
 
-class Action(Lasting):
+class Action(Execution):
     """A command that acts once, `command_delay` after it was accepted.
 
     If the delay is shorter than a cycle, it acts at once, so the run status may be skipped.
@@ -181,4 +173,4 @@ class Action(Lasting):
         """Act when the delay is over."""
         if machine.now_us < self._due_us:
             return None
-        return _ACTIONS[self._call.code](machine, self._call)
+        return _ACTIONS[self._call.code](machine, self._call) or {}

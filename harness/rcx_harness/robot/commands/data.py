@@ -11,7 +11,6 @@ from rcx_harness.robot.controller_memory import is_real
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.stored import Hand, Pallet, Point, from_bits, parameter_names, to_bits
 
-_TURNS = {1: 1, 15: -1}  # four bits to arm rotation; all other patterns mean 0
 _LENGTH = 16
 _OPERATORS = {0x204: "+", 0x208: "-", 0x20C: "*", 0x210: "/"}
 #: Grams or kilograms in one kg of the maximum payload.
@@ -21,41 +20,25 @@ _MM = 0x241
 
 
 @act(0x100)
-def write_point(machine: Machine, call: Call) -> Response:
+def write_point(machine: Machine, call: Call) -> None:
     """Define a point (4.3.1); hand and arm rotation count only in mm, and with a SCARA robot."""
-    values = call.values
-    mm = bool(values["unit"])
-    scara = mm and bool(machine.config.scara_robots)
-    machine.points[values["point"]] = Point(
-        data=values["positions"],
-        mm=mm,
-        hand=values["hand"] % 3 if scara else 0,  # 3 is none, as 0
-        arm1=_TURNS.get(values["arm1"], 0) if scara else 0,
-        arm2=_TURNS.get(values["arm2"], 0) if scara else 0,
-    )
-    return {}
+    point = Point.of(call.values)
+    if not (point.mm and machine.config.scara_robots):
+        point = Point(point.data, point.mm)
+    machine.points[call.values["point"]] = point
 
 
 @act(0x101)
 def read_point(machine: Machine, call: Call) -> Response:
     """Return a point in its own unit (4.3.1)."""
     number = call.values["point"]
-    point = machine.memory.point(number)
-    return {
-        "point": number,
-        "unit": int(point.mm),
-        "hand": point.hand,
-        "arm1": point.arm1 & 0xF,
-        "arm2": point.arm2 & 0xF,
-        "positions": point.data,
-    }
+    return {"point": number, **machine.memory.point(number).fields}
 
 
 @act(0x104)
-def write_comment(machine: Machine, call: Call) -> Response:
+def write_comment(machine: Machine, call: Call) -> None:
     """Define the comment of a point; the point itself need not be defined."""
     machine.memory.comments[call.values["point"]] = call.values["comment"].rstrip(" ")
-    return {}
 
 
 @act(0x105)
@@ -67,33 +50,22 @@ def read_comment(machine: Machine, call: Call) -> Response:
 
 
 @act(0x108)
-def write_pallet(machine: Machine, call: Call) -> Response:
+def write_pallet(machine: Machine, call: Call) -> None:
     """Define a pallet; its points are checked only when a work position is used."""
-    values = call.values
-    pallet = Pallet(values["nx"], values["ny"], values["nz"], values["first_point"])
-    machine.memory.pallets[values["pallet"]] = pallet
-    return {}
+    machine.memory.pallets[call.values["pallet"]] = Pallet.of(call.values)
 
 
 @act(0x109)
 def read_pallet(machine: Machine, call: Call) -> Response:
     """Return the definition of a pallet."""
     number = call.values["pallet"]
-    pallet = machine.memory.pallet(number)
-    return {
-        "pallet": number,
-        "nx": pallet.nx,
-        "ny": pallet.ny,
-        "nz": pallet.nz,
-        "first_point": pallet.first,
-    }
+    return {"pallet": number, **machine.memory.pallet(number).fields}
 
 
 @act(0x10C)
-def write_shift(machine: Machine, call: Call) -> Response:
+def write_shift(machine: Machine, call: Call) -> None:
     """Define a shift."""
     machine.memory.shifts[call.values["shift"]] = call.values["shift_data"]
-    return {}
 
 
 @act(0x10D)
@@ -104,12 +76,10 @@ def read_shift(machine: Machine, call: Call) -> Response:
 
 
 @act(0x110)
-def write_hand(machine: Machine, call: Call) -> Response:
+def write_hand(machine: Machine, call: Call) -> None:
     """Define a hand of a robot; its data are stored as received."""
-    values = call.values
-    hand = Hand((values["data1"], values["data2"], values["data3"], values["data4"]))
-    machine.memory.hands[call.arm.number, values["hand_number"]] = hand
-    return {}
+    key = call.arm.number, call.values["hand_number"]
+    machine.memory.hands[key] = Hand.of(call.values)
 
 
 @act(0x111)
@@ -117,27 +87,24 @@ def read_hand(machine: Machine, call: Call) -> Response:
     """Return a hand of a robot, with the number of the robot."""
     number = call.values["hand_number"]
     hand = machine.memory.hand(call.arm.number, number)
-    data = {f"data{k}": value for k, value in enumerate(hand.data, 1)}
-    return {"hand_number": number, "robot_number": call.arm.number, **data}
+    return {"hand_number": number, "robot_number": call.arm.number, **hand.fields}
 
 
 @act(0x200, 0x204, 0x208, 0x20C, 0x210)
-def assign_value(machine: Machine, call: Call) -> Response:
+def assign_value(machine: Machine, call: Call) -> None:
     """Assign: variable 1 = value, or variable 1 = variable 1 (+ - * /) value."""
     number, raw = call.values["variable1"], call.values["value"]
     value = from_bits(raw) if is_real(number) else raw
     if not math.isfinite(value):
         raise CommandError(machine.config.format_alarm)
     _put(machine, call.code, number, value)
-    return {}
 
 
 @act(0x201, 0x205, 0x209, 0x20D, 0x211)
-def assign_variable(machine: Machine, call: Call) -> Response:
+def assign_variable(machine: Machine, call: Call) -> None:
     """Assign: variable 1 = variable 2, or variable 1 = variable 1 (+ - * /) variable 2."""
     value = machine.memory.variables.value(call.values["variable2"])
     _put(machine, call.code & ~1, call.values["variable1"], value)
-    return {}
 
 
 @act(0x214)
@@ -149,13 +116,12 @@ def read_variable(machine: Machine, call: Call) -> Response:
 
 
 @act(0x220)
-def write_parameter(machine: Machine, call: Call) -> Response:
+def write_parameter(machine: Machine, call: Call) -> None:
     """Assign a value; a payload is at most the maximum payload."""
     name, axis, value = _name(call), _axis(call), call.values["value"]
     if name in _PAYLOADS and value > machine.config.max_payload * _PAYLOADS[name]:
         raise CommandError(machine.config.format_alarm)
     machine.memory.parameters.set(call.arm.number, name, value, axis)
-    return {}
 
 
 @act(0x224)
@@ -167,14 +133,13 @@ def read_parameter(machine: Machine, call: Call) -> Response:
 
 
 @act(0x230)
-def assign_point(machine: Machine, call: Call) -> Response:
+def assign_point(machine: Machine, call: Call) -> None:
     """Assign: point 1 = point 2, with hand and arm rotation."""
     machine.points[call.values["point1"]] = machine.memory.point(call.values["point2"])
-    return {}
 
 
 @act(0x234, 0x235)
-def add_point(machine: Machine, call: Call) -> Response:
+def add_point(machine: Machine, call: Call) -> None:
     """Assign: point 1 = point 1 + point 2 or point 1 - point 2.
 
     Point 1 keeps its hand and arm rotation.
@@ -186,35 +151,31 @@ def add_point(machine: Machine, call: Call) -> Response:
     sign = -1 if call.code == _SUBTRACT else 1
     data = tuple(a + sign * b for a, b in zip(first.data, second.data, strict=True))
     memory.points[call.values["point1"]] = memory.changed(first, data)
-    return {}
 
 
 @act(0x238)
-def assign_pallet_point(machine: Machine, call: Call) -> Response:
+def assign_pallet_point(machine: Machine, call: Call) -> None:
     """Assign: point = work position of a pallet."""
     values = call.values
     machine.points[values["point"]] = machine.memory.work_point(values["pallet"], values["work"])
-    return {}
 
 
 @act(0x240, 0x241)
-def assign_point_element(machine: Machine, call: Call) -> Response:
+def assign_point_element(machine: Machine, call: Call) -> None:
     """Assign a value to one element of a point that has the same unit."""
     memory, number = machine.memory, call.values["point"]
     point = memory.point(number)
     if point.mm != (call.code == _MM):
         raise CommandError(machine.config.point_unit_alarm)
     memory.points[number] = memory.changed(point, _replaced(machine, call, point.data))
-    return {}
 
 
 @act(0x245)
-def assign_shift_element(machine: Machine, call: Call) -> Response:
+def assign_shift_element(machine: Machine, call: Call) -> None:
     """Assign a value to one element of a shift."""
     number = call.values["shift"]
     one, two, three, four = _replaced(machine, call, machine.memory.shift(number))
     machine.memory.shifts[number] = (one, two, three, four)
-    return {}
 
 
 def _put(machine: Machine, code: int, number: int, value: float) -> None:

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
-from rcx_harness.robot.commands.base import Call, Lasting, Response, takes_time
+from rcx_harness.robot.commands.base import Call, Execution, Response, takes_time
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import Movement
 from rcx_harness.robot.paths import Arch, Pace, Path, plan_arc, plan_arch, plan_line, plan_ptp
@@ -32,7 +32,7 @@ _R_ONLY = (3,)  # places, from 0 on
 _R_AND_ARM = (0, 1, 3)
 
 
-class Moving(Lasting):
+class Moving(Execution):
     """A command that ends with its movement."""
 
     def __init__(self, call: Call, movement: Movement) -> None:

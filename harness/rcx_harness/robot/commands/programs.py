@@ -23,18 +23,16 @@ _MODES = {0x403: STEP, 0x405: NEXT_LINE}
 
 
 @act(0x300)
-def write_port(machine: Machine, call: Call) -> Response:
+def write_port(machine: Machine, call: Call) -> None:
     """Assign eight bits to an output port, as a robot program does."""
     machine.ports.write(port_of(*_named(call)), call.values["pattern"])
-    return {}
 
 
 @act(0x301)
-def write_port_bit(machine: Machine, call: Call) -> Response:
+def write_port_bit(machine: Machine, call: Call) -> None:
     """Switch one bit of an output port."""
     place = port_of(*_named(call), bit=call.values["port_bit"])
     machine.ports.write(place, call.values["pattern"])
-    return {}
 
 
 @act(0x304)
@@ -53,7 +51,7 @@ def read_port(machine: Machine, call: Call) -> Response:
 
 
 @act(0x401)
-def register(machine: Machine, call: Call) -> Response:
+def register(machine: Machine, call: Call) -> None:
     """Register a program in a task, from its first line on (4.6.1)."""
     program, values = machine.program, call.values
     task = program.tasks[_place(machine, call)]
@@ -63,11 +61,10 @@ def register(machine: Machine, call: Call) -> Response:
     task.reset()
     if not program.register(task, values["task"], values["priority"]):
         raise CommandError(machine.config.undefined_task_alarm)
-    return {}
 
 
 @act(0x402)
-def execute(machine: Machine, call: Call) -> Response:
+def execute(machine: Machine, call: Call) -> None:
     """Run programs (4.6.2); a running program continues."""
     _check_may_run(machine)
     program, modes = machine.program, None
@@ -75,30 +72,27 @@ def execute(machine: Machine, call: Call) -> Response:
         place = _registered(machine, call)
         modes = {} if program.tasks[place].state == "running" else {place: RUN}
     _order_start(machine, modes)
-    return {}
 
 
 @act(0x403, 0x405)
-def execute_line(machine: Machine, call: Call) -> Response:
+def execute_line(machine: Machine, call: Call) -> None:
     """Execute one line of a program that does not run (4.6.2)."""
     _check_may_run(machine)
     place = _stopped(machine, call)
     _order_start(machine, {place: _MODES[call.code]})
-    return {}
 
 
 @act(0x404)
-def skip(machine: Machine, call: Call) -> Response:
+def skip(machine: Machine, call: Call) -> None:
     """Skip one line of a program that does not run (4.6.2)."""
     _check_auto(machine)
     place = _stopped(machine, call)
     machine.program.tasks[place].skip()
     machine.program.is_reset = False
-    return {}
 
 
 @act(0x406)
-def reset(machine: Machine, call: Call) -> Response:
+def reset(machine: Machine, call: Call) -> None:
     """Reset all programs or one program; running programs are refused (4.6.3)."""
     _check_auto(machine)
     program = machine.program
@@ -109,7 +103,6 @@ def reset(machine: Machine, call: Call) -> Response:
     under_way = "program_reset_delay" in machine.pending
     program.order_reset(None if place is None else (place,), beside=under_way)
     machine.schedule("program_reset_delay")
-    return {}
 
 
 @act(0x408)

@@ -73,7 +73,7 @@ def read_position(machine: Machine, call: Call) -> Execution:
     return _Continuous(call) if call.values["continuous"] else Action(machine, call)
 
 
-class _Continuous:
+class _Continuous(Execution):
     """Continuous output: status 0x0100 with the position of every cycle, until the status reset."""
 
     stoppable = True
@@ -100,12 +100,8 @@ def read_speeds(machine: Machine, call: Call) -> Response:
     """Return automatic, manual and program speed (4.7.8); 0 for a robot without axes."""
     if not call.arm.axes:
         return {}
-    settings = call.arm.settings
-    return {
-        "auto_speed": settings.auto_speed,
-        "manual_speed": settings.manual_speed,
-        "program_speed": settings.program_speed,
-    }
+    names = ("auto_speed", "manual_speed", "program_speed")
+    return {name: getattr(call.arm.settings, name) for name in names}
 
 
 @act(0x50B, 0x50C, absent=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rcx_harness.robot.alarms import EMERGENCY_STOP, CommandError
 from rcx_harness.robot.arm import BRAKE, FREE, SERVO
-from rcx_harness.robot.commands.base import Call, Execution, Lasting, Response, act, takes_time
+from rcx_harness.robot.commands.base import Call, Execution, Response, act, takes_time
 from rcx_harness.robot.commands.moves import Moving
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import OriginRun
@@ -26,57 +26,51 @@ _SETTINGS = {
 
 
 @act(*_SETTINGS)
-def change_setting(machine: Machine, call: Call) -> Response:
+def change_setting(machine: Machine, call: Call) -> None:
     """Change a speed or the inching amount of a robot (4.2.8, 4.2.14 to 4.2.16)."""
     setting, field = _SETTINGS[call.code]
     setattr(call.arm.settings, setting, call.values[field])
-    return {}
 
 
 @act(0x03B)
-def select_shift(machine: Machine, call: Call) -> Response:
+def select_shift(machine: Machine, call: Call) -> None:
     """Select a shift (4.2.17)."""
     number = call.values["shift"]
     machine.memory.shift(number)  # raises the same alarm as the shift reference
     call.arm.settings.shift = number
-    return {}
 
 
 @act(0x03C)
-def select_hand(machine: Machine, call: Call) -> Response:
+def select_hand(machine: Machine, call: Call) -> None:
     """Select a hand (4.2.18)."""
     number = call.values["hand_number"]
     machine.memory.hand(call.arm.number, number)  # raises the same alarm as the hand reference
     call.arm.settings.hand = number
-    return {}
 
 
 @act(0x03D)
-def select_arm(machine: Machine, call: Call) -> Response:
+def select_arm(machine: Machine, call: Call) -> None:
     """Change the arm designation of a SCARA robot (4.2.19); the arm follows when it moves."""
     if not call.arm.scara:
         raise CommandError(machine.config.not_scara_alarm)
     call.arm.settings.arm = call.values["arm"]
-    return {}
 
 
 @act(0x048)
-def set_max_torque(machine: Machine, call: Call) -> Response:
+def set_max_torque(machine: Machine, call: Call) -> None:
     """Change the max. torque command value of an axis (4.2.22), for its next movement."""
     (index,) = call.indices
     machine.settings.torque[index] = call.values["torque"]
-    return {}
 
 
 @act(0x028)
-def teach_point(machine: Machine, call: Call) -> Response:
+def teach_point(machine: Machine, call: Call) -> None:
     """Store the current position as a point; axes that the robot does not have are 0.
 
     The point has no hand system and no arm rotation, as in the current position reference.
     """
     mm = bool(call.values["unit"])
     machine.points[call.values["point"]] = Point(call.arm.shown(mm=mm), mm=mm)
-    return {}
 
 
 @takes_time(0x030)
@@ -93,7 +87,7 @@ def move_to_absolute_reset(machine: Machine, call: Call) -> Execution:
 
 
 @act(0x031)
-def absolute_reset(machine: Machine, call: Call) -> Response:
+def absolute_reset(machine: Machine, call: Call) -> None:
     """Set the origin of a mark method axis to its current position (4.2.11)."""
     place = _mark_axis(call)
     if call.arm.here[place] % (call.arm.axes[place].motor_rotation // _QUARTERS):
@@ -101,7 +95,6 @@ def absolute_reset(machine: Machine, call: Call) -> Response:
     index = call.arm.indices[place]
     machine.positions[index] = 0
     machine.origins.complete[index] = True
-    return {}
 
 
 @takes_time(0x032)
@@ -138,21 +131,19 @@ def servo_on(machine: Machine, call: Call) -> Execution:
 
 
 @act(0x035, 0x036)
-def release(machine: Machine, call: Call) -> Response:
+def release(machine: Machine, call: Call) -> None:
     """Switch servos OFF with brakes, or free without (4.2.13); movements of these axes end."""
     indices = call.indices or call.arm.indices
     machine.halt_axes(indices, machine.config.servo_off_alarm)
     machine.servos.set(indices, BRAKE if call.code == _OFF else FREE)
-    return {}
 
 
 @act(0x041)
-def motor_power_off(machine: Machine, call: Call) -> Response:
+def motor_power_off(machine: Machine, call: Call) -> None:
     """Switch motor power and all servos OFF, with all brakes (4.2.20)."""
     config = machine.config
     programs = config.motor_power_stops_program
     machine.switch_servos_off(config.servo_off_alarm, lock=True, stop_programs=programs)
-    return {}
 
 
 @takes_time(0x042, 0x043)
@@ -182,7 +173,7 @@ def _return_to_origin(machine: Machine, call: Call, chosen: Sequence[int]) -> Ex
     return _Returning(machine, [group for group in (absolute, others) if group])
 
 
-class _Returning(Lasting):
+class _Returning(Execution):
     """A return-to-origin under way; it ends when all groups of axes have arrived."""
 
     def __init__(self, machine: Machine, groups: list[tuple[int, ...]]) -> None:
@@ -211,7 +202,7 @@ def _check_power(machine: Machine) -> None:
         raise CommandError(next(serious, machine.config.motor_power_alarm))
 
 
-class _SwitchOn(Lasting):
+class _SwitchOn(Execution):
     """A servo ON under way: motor power and some servos are ON after `servo_on_delay`."""
 
     def __init__(self, machine: Machine, indices: Sequence[int]) -> None:

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from rcx_harness.robot.config.checks import STORED, check_programs, check_stored, check_value
-from rcx_harness.robot.config.file import read_value
+from rcx_harness.robot.config.file import NO_KEY, read_value
 from rcx_harness.robot.config.models import merged, model_of
-from rcx_harness.robot.config.programs import brought
+from rcx_harness.robot.config.programs import Brought, brought
 from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
 from rcx_harness.spec.robots import RobotModel
 from rcx_harness.spec.wire import SIZE
@@ -75,6 +75,9 @@ class RobotProgram:
 
     Steps and durations begin again at their end if `loop` is set. A program that is a text ends
     there. `file` is the file of the text (.PGM), relative to the robot file.
+
+    `path` and `offset` are not keys of a robot file. `RobotConfig.load` notes there the absolute
+    path of the file with the text (.PGM or .ALL), and the line of that file before its first line.
     """
 
     name: str = "MAIN"
@@ -83,6 +86,8 @@ class RobotProgram:
     steps: tuple[str, ...] = ()
     file: str = ""
     text: str = ""
+    path: str = field(default="", compare=False, repr=False, metadata=NO_KEY)
+    offset: int = field(default=0, compare=False, repr=False, metadata=NO_KEY)
 
     @property
     def has_code(self) -> bool:
@@ -407,6 +412,8 @@ def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
         values = {key: read_value(RobotConfig, key, value, _TABLES) for key, value in table.items()}
         for key, data in others.data.items():
             values[key] = {**data, **values.get(key, {})}
+        if "programs" in values:
+            values["programs"] = tuple(_placed(one, others) for one in values["programs"])
         return RobotConfig(**values)
     except InputError as error:
         if error.file:  # a program in a file of its own
@@ -416,6 +423,12 @@ def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
         quoted = re.search(r"'([^']+)'", error.message)
         line = line_of(file, quoted[1]) if quoted else None
         raise InputError(error.message, file=file, line=line, hint=error.hint) from error
+
+
+def _placed(program: RobotProgram, others: Brought) -> RobotProgram:
+    """Return a program with the place of its text, if it is in a file of its own."""
+    path, offset = others.places.get(program.name, ("", 0))
+    return replace(program, path=path, offset=offset) if path else program
 
 
 def _with_models(table: Mapping[str, Any]) -> dict[str, Any]:

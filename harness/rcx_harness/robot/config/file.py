@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields
+from types import MappingProxyType
 from typing import Any
 
 from rcx_harness.robot.config.checks import (
@@ -28,7 +29,10 @@ from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point
 from structured_text.errors import InputError
 from structured_text.output.toml_files import check_keys
 
-__all__ = ["read_value"]
+__all__ = ["NO_KEY", "read_value"]
+
+#: Metadata of a field that is not a key of a robot file.
+NO_KEY = MappingProxyType({"key": False})
 
 _SCALE = {"mm": 1000, "pulses": 1}
 _UNITS = {"mm": "numbers in mm", "pulses": "whole numbers in pulses"}
@@ -65,7 +69,7 @@ def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[
 
 def _table(kind: type[Any], entry: dict[str, Any], key: str) -> Any:
     values = {name: tuple(v) if isinstance(v, list) else v for name, v in entry.items()}
-    declared = {one.name: str(one.type) for one in fields(kind)}
+    declared = {one.name: str(one.type) for one in fields(kind) if one.metadata.get("key", True)}
     check_keys(values, declared, within=f" in [[{key}]]")
     for name, value in values.items():
         check_value(name, declared[name], value)

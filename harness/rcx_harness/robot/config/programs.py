@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -26,10 +27,13 @@ class Brought:
     Attributes:
         programs: The entries of `[[programs]]` with the texts of their files; empty: no program.
         data: Stored data by their keys of RobotConfig.
+        places: Absolute path of the file of each program by its name, and the line of the file
+            before the first line of the program.
     """
 
     programs: tuple[Mapping[str, Any], ...] = ()
     data: Mapping[str, Mapping[Any, Any]] = field(default_factory=dict)
+    places: Mapping[str, tuple[str, int]] = field(default_factory=dict)
 
 
 def brought(file: Path, table: dict[str, Any]) -> Brought:
@@ -41,6 +45,11 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
     own = table.get("programs", [])
     own = own if isinstance(own, list) and all(isinstance(one, dict) for one in own) else []
     programs = [_with_text(file, entry) for entry in own]
+    places = {
+        str(made["name"]): (os.path.abspath(file.parent / made["file"]), 0)
+        for made in programs
+        if isinstance(made.get("file"), str) and made["file"]
+    }
     data: dict[str, Mapping[Any, Any]] = {}
     if (name := table.pop(_DATA_FILE, None)) is not None:
         if not isinstance(name, str) or not name:
@@ -52,9 +61,10 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
             _check(file.parent / name, one.text, one.offset)
             if one.name not in mine:
                 programs.append({"name": one.name, "text": one.text})
+                places[one.name] = os.path.abspath(file.parent / name), one.offset
         keys = ("points", "comments", "shifts", "hands", "pallets", "variables")
         data = {key: getattr(content, key) for key in keys}
-    return Brought(tuple(programs), data)
+    return Brought(tuple(programs), data, places)
 
 
 def named_by(file: Path) -> list[Path]:

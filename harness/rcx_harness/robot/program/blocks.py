@@ -204,7 +204,7 @@ class _Linker:
             self._error("SUB is inside of another block", f"end {self._blocks[-1].kind} before it")
         block = self._begin("SUB")
         block.name = name
-        block.exits.append(self._emit("jump"))  # the program itself does not run into it
+        block.exits.append(self._emit("leave"))  # the program itself does not run into it
         if name in self.subs:
             self._error(f"SUB {name} occurs twice", "rename one of them")
         names = tuple(one for one in parameters if one)
@@ -274,7 +274,7 @@ class _Linker:
             return
         first = block.kind == "SELECT" and self.code[block.test].kind == "jump"
         if not first:
-            block.exits.append(self._emit("jump"))
+            block.exits.append(self._emit("leave"))
         self._jump_here(block.test)
         block.test = -1
 

@@ -12,7 +12,7 @@ __all__ = ["endless_loops", "problems"]
 #: Kinds of instructions in which time passes.
 _TAKES_TIME = ("delay", "duration", "wait", "wait_arm", "servo", "motor", "origin", "hold",
                "hold_all", "halt", "halt_all", "exit_task", *MOVES)  # fmt: skip
-_BRANCHES = ("unless", "case", "for_test", "goto", "jump")
+_BRANCHES = ("unless", "case", "for_test", "goto", "jump", "leave")
 _TASKS = range(1, 17)
 
 

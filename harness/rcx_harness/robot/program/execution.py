@@ -529,7 +529,7 @@ def _true(condition: Node, task: Running, world: World) -> bool:
 
 _FUNCTIONS: dict[str, Callable[[Instruction, Any, Any], int]] = {
     **dict.fromkeys(("label", "declare"), _label),
-    **dict.fromkeys(("goto", "jump"), _goto),
+    **dict.fromkeys(("goto", "jump", "leave"), _goto),
     "unless": _unless,
     "case": _case,
     "for_test": _for_test,

@@ -11,7 +11,7 @@ from rcx_harness.robot.program.blocks import Line, link
 from rcx_harness.robot.program.syntax import Node, Program
 from structured_text.errors import InputError
 
-__all__ = ["read_file", "read_lines", "read_program", "text_of"]
+__all__ = ["read_expression", "read_file", "read_lines", "read_program", "text_of"]
 
 _LABEL = re.compile(r"(\*[A-Z][A-Z0-9_]*)\s*:?\s*")
 _REMARK = re.compile(r"REM\b.*")
@@ -88,6 +88,23 @@ def read_lines(
     errors += [_placed(error, path, number) for number, error in linked]
     errors.sort(key=lambda error: error.line or 0)
     return (None if errors else program), errors
+
+
+def read_expression(text: str) -> Node:
+    """Return the node of an expression such as `N% > 3 AND SI(20) = 1`.
+
+    Raises:
+        InputError: it is not an expression.
+    """
+    try:
+        node = _statement(f"WAIT {_upper(text).strip()}")
+    except InputError:
+        node = Node("label")
+    if node.kind != "wait" or node.args[1] is not None:
+        hint = "write it as N% > 3 AND SI(20) = 1"
+        raise InputError(f"{text!r} is not an expression of the robot language", hint=hint)
+    expression: Node = node.args[0]
+    return expression
 
 
 def _placed(error: InputError, path: Path | None, line: int) -> InputError:

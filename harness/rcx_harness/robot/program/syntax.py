@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
-__all__ = ["MOVES", "OPTIONS", "Instruction", "Node", "Program", "Subroutine"]
+__all__ = ["MOVES", "OPTIONS", "SILENT", "Instruction", "Node", "Program", "Subroutine"]
 
 #: Kinds of the instructions that start a movement.
 MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push")
@@ -30,6 +31,9 @@ OPTIONS = (
     "F",
     "TIM",
 )
+#: Kinds of the instructions that belong to no statement: labels, and the jump over a SUB or from
+#: the end of a branch to the end of its block.
+SILENT = ("label", "declare", "leave")
 
 
 @dataclass(frozen=True)
@@ -108,6 +112,19 @@ class Program:
     def __deepcopy__(self, memo: object) -> Program:
         """Return the program itself, because programs never change."""
         return self
+
+    @cached_property
+    def begins(self) -> Mapping[int, int]:
+        """Return the positions at which lines with statements begin, and their lines.
+
+        Several statements on one line begin with the first. NEXT ends each round of a FOR; FOR
+        itself begins only once.
+        """
+        first: dict[int, int] = {}
+        for at, one in enumerate(self.code):
+            if one.kind not in SILENT:
+                first.setdefault(one.line, at)
+        return {at: line for line, at in first.items()}
 
     def line(self, at: int) -> int:
         """Return the line of a position; behind the end, the last line."""

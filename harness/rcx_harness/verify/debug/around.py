@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rcx_harness import spec
-from rcx_harness.cell.image import Image
+from rcx_harness.cell.image import Image, store
 from rcx_harness.spec.wire import DEDICATED_AT, STATUS_NAMES
 from rcx_harness.verify.debug.telegrams import Telegram, Telegrams
 from structured_text.debug.machine import Scope
@@ -30,13 +30,7 @@ def live_input(image: Image, program: Program, size: int) -> bytes:
     """Return the area from the controller as the process image contains it now."""
     area = bytearray(size)
     for slot in image.slots:
-        value = int(program.read(slot.path))
-        if slot.width:
-            mask = (1 << 8 * slot.width) - 1
-            part = (value & mask).to_bytes(slot.width, "little")
-            area[slot.start : slot.start + slot.width] = part
-        else:
-            area[slot.start] |= value << slot.bit
+        store(area, slot, program.read(slot.path))
     return bytes(area)
 
 

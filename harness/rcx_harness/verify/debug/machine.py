@@ -8,6 +8,7 @@ from typing import Any
 from rcx_harness.cell import Cell
 from rcx_harness.trace import Record, Scan
 from rcx_harness.verify.debug.around import scopes
+from rcx_harness.verify.debug.robot_programs import robot_programs
 from rcx_harness.verify.debug.telegrams import Telegrams
 from structured_text.debug.bench import BenchMachine
 
@@ -26,6 +27,7 @@ class CellMachine(BenchMachine):
         self.cell = cell
         self.telegrams: Sequence[Telegrams] = [Telegrams(size) for size, _, _ in cell.areas]
         self.around = scopes(self.program, cell.images, self.telegrams)
+        self.devices = robot_programs(cell.robots)
         cell.trace.listen(self._take)
 
     def _take(self, record: Record) -> None:

@@ -39,6 +39,8 @@ _ZERO = {
 _DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8}
 #: Tests that run for each command block in turn.
 _OF_ALL_COMMANDS = ("tests/command/test_command_blocks.py",)
+#: Users of an internal block that its page names.
+_SHOWN_USERS = 4
 _WHOLE = "Complete program, stimulus, robot"
 
 
@@ -57,7 +59,7 @@ def block_page(name: str) -> str:
     lines = [f"{MARK}; do not edit -->", "", f"# {name}", "", pou.does]
     for paragraph in pou.about:
         lines += ["", _linked(paragraph, name)]
-    lines += [*_choices(name), "", *_facts(pou), *_pins(pou)]
+    lines += [*(_instead(pou) if pou.internal else _choices(name)), "", *_facts(pou), *_pins(pou)]
     if name in snippets():
         lines += _example(run_of(name))
     elif name in without():
@@ -168,9 +170,29 @@ def _choices(name: str) -> Iterator[str]:
                 rows.setdefault(other, text)  # the first choice says it in general
     if not rows:
         return
-    yield "\n## When to use it\n\n| Block | It |\n|---|---|"
+    yield "\n## When to use it\n\n| Block | What it does |\n|---|---|"
     for other, text in rows.items():
         yield f"| {f'**{name}**' if other == name else _link_to(other)} | {text} |"
+
+
+def _instead(pou: Pou) -> Iterator[str]:
+    """Yield the advice to call the blocks for users that contain an internal block."""
+    found: dict[str, Pou] = {}
+    left = [pou.name]
+    while left:
+        for user in pous().values():
+            if user.name not in found and left[0] in user.uses:
+                found[user.name] = user
+                left += [user.name] if user.internal else []
+        left.pop(0)
+    blocks = [_link_to(user.name) for user in found.values() if not user.internal]
+    yield "\n## When to use it\n"
+    yield "Your program does not call this block."
+    if blocks:
+        shown = blocks[:_SHOWN_USERS]
+        more = f" and {len(blocks) - len(shown)} more blocks" if len(blocks) > len(shown) else ""
+        instead = "that block" if len(blocks) == 1 else "one of those blocks"
+        yield f"It is a part of {', '.join(shown)}{more}. Call {instead} instead."
 
 
 def _tests(pou: Pou) -> str:

@@ -1,22 +1,33 @@
 """Coverage counters for executed Structured Text; used only if a user asks for coverage.
 
 Inside `with counting(collector)`, every program that the built-in engine compiles counts. All
-programs that are compiled from the same file share its counters.
+programs that are compiled from the same file share its counters. Programs in other languages, such
+as those of devices around the PLC, bring their own lines and counters (`Collector.text`).
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from structured_text.output.paths import real
 
-__all__ = ["Collector", "Counted", "Counts", "Seen", "collecting", "counting"]
+__all__ = [
+    "Collector",
+    "Counted",
+    "CountedText",
+    "Counts",
+    "Seen",
+    "TextBranch",
+    "collecting",
+    "counting",
+]
 
 if TYPE_CHECKING:
     from structured_text.engines.builtin.coverage import Decision, Plan
@@ -94,6 +105,45 @@ class Counted(NamedTuple):
     sources: tuple[Path, ...]
 
 
+class TextBranch(NamedTuple):
+    """A branch in a program in another language.
+
+    `line` is where it begins, `at` the line of its statement, `fork` the number of that statement.
+    """
+
+    line: int
+    at: int
+    counter: int
+    fork: int
+    text: str
+
+
+@dataclass(frozen=True)
+class CountedText:
+    """A program in another language, such as that of a device, whose interpreter counts itself.
+
+    Attributes:
+        file: Absolute path of the file.
+        hash: A hash of the file's content.
+        name: Name of the program.
+        line: Its first line in the file.
+        lines: Its text by line number.
+        reasons: The reasons why lines are unreachable, by line number.
+        statements: Line and counter of each statement.
+        counters: Number of executions; the interpreter increases them.
+    """
+
+    file: str
+    hash: str
+    name: str
+    line: int
+    lines: Mapping[int, str]
+    reasons: Mapping[int, str]
+    statements: Sequence[tuple[int, int]]
+    branches: Sequence[TextBranch]
+    counters: list[int]
+
+
 class Collector:
     """The counts of all sources below a folder.
 
@@ -109,6 +159,7 @@ class Collector:
         self._apart: set[Path] = set()
         self.elsewhere: set[str] = set()
         self._counted: dict[tuple[str, str, str, tuple[int, ...]], Counted] = {}
+        self._texts: dict[tuple[str, str, str], CountedText] = {}
 
     def leave_out(self, library: Path) -> None:
         """Exclude the folder of a library, unless libraries count."""
@@ -118,9 +169,7 @@ class Collector:
     def counts(self, pou: Pou, plan: Plan, project: Project) -> Counts | None:
         """Return the counters of a POU; None if its source is not counted."""
         file = _resolved(os.path.abspath(pou.file))
-        if self._folder is not None and self._folder not in file.parents:
-            return None
-        if not self._apart.isdisjoint(file.parents) or not file.is_file():
+        if not self._counts(file):
             return None
         # Constants of other files may lead to another plan for the same text.
         shape = plan.size, *(len(one.conditions) for one in plan.decisions)
@@ -130,6 +179,36 @@ class Collector:
             sources = tuple(one for one in project.files if str(one) == pou.file)
             self._counted[key] = Counted(str(file), text, pou, plan, Counts(plan), sources)
         return self._counted[key].counts
+
+    def text(
+        self, path: str, name: str, made: Callable[[], Mapping[str, Any]]
+    ) -> CountedText | None:
+        """Return the counters of a program in another language; None if it is not counted.
+
+        Args:
+            path: Its file.
+            name: Its name.
+            made: Returns the other fields of CountedText, except for the hash. It is called once
+                for each content of the file.
+        """
+        file = _resolved(os.path.abspath(path))
+        if not self._counts(file):
+            return None
+        key = str(file), _hash(file, file.stat().st_mtime_ns), name
+        if key not in self._texts:
+            self._texts[key] = CountedText(*key[:2], name=name, **made())
+        return self._texts[key]
+
+    def _counts(self, file: Path) -> bool:
+        """Return whether a file is counted."""
+        if self._folder is not None and self._folder not in file.parents:
+            return False
+        return self._apart.isdisjoint(file.parents) and file.is_file()
+
+    @property
+    def texts(self) -> list[CountedText]:
+        """Return all programs in other languages with counters."""
+        return list(self._texts.values())
 
     @property
     def counted(self) -> list[Counted]:

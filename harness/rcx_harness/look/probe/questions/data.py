@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rcx_harness.look.probe.asker import Asker
-from rcx_harness.look.probe.question import Risk, asked
+from rcx_harness.look.probe.question import still
 from rcx_harness.spec.wire import NORMAL_END
 
 _POINT, _PALLET, _HAND = 29_990, 39, 31
@@ -25,8 +25,7 @@ def _variable(ask: Asker, number: int) -> int:
     return int(value or 0)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {
         "overflow": ("overflow_alarm", "division_alarm"),
         "real-to-integer": ("real_to_integer",),
@@ -57,8 +56,7 @@ def arithmetic(ask: Asker) -> None:
         ask.knob(knob, answer.alarm, text=f"{name} ended in {answer.alarm}")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"point-units": ("point_unit_alarm",), "several-elements": ("several_elements",)},
     does=_DOES,
 )
@@ -75,11 +73,7 @@ def points(ask: Asker) -> None:
     ask.knob("point_unit_alarm", answer.alarm, text=f"the addition ended in {answer.alarm}")
 
 
-@asked(
-    Risk.STILL,
-    {"undefined-pallet": ("work_position_alarm",), "work-positions": ()},
-    does=_DOES,
-)
+@still({"undefined-pallet": ("work_position_alarm",), "work-positions": ()}, does=_DOES)
 def pallet(ask: Asker) -> None:
     """How are work positions of a pallet counted, and what ends the count?"""
     corners = ((0, 0), (1000, 0), (0, 2000), (1000, 2000), (0, 0))
@@ -99,11 +93,7 @@ def pallet(ask: Asker) -> None:
     ask.knob("work_position_alarm", answer.alarm, text=f"position 5 of 4 ended in {answer.alarm}")
 
 
-@asked(
-    Risk.STILL,
-    {"hand-data": ()},
-    does=_DOES,
-)
+@still({"hand-data": ()}, does=_DOES)
 def hand(ask: Asker) -> None:
     """Are hand data kept as they are on the wire?"""
     data = {"data1": 12_345, "data2": -678, "data3": 910, "data4": 1}
@@ -114,11 +104,7 @@ def hand(ask: Asker) -> None:
     ask.rule("hand-data", read == data, f"written {data}, read {read}")
 
 
-@asked(
-    Risk.STILL,
-    {"taught-point": ()},
-    does=_DOES,
-)
+@still({"taught-point": ()}, does=_DOES)
 def taught_point(ask: Asker) -> None:
     """Has a taught point a hand system or an arm rotation?"""
     answer = ask.command("TeachPoint", 1, point=_POINT, unit=1)
@@ -129,8 +115,7 @@ def taught_point(ask: Asker) -> None:
     ask.rule("taught-point", holds, f"taught in mm with the servos off: {shown}")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"other-ports": ()},
     does="SO(270) to SO(277), which are not in the area, are written, read and set back.",
 )
@@ -146,8 +131,7 @@ def other_ports(ask: Asker) -> None:
     ask.rule("other-ports", after == pattern, f"written 16#{pattern:02X}, read {after}")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"clock": ("impossible_date_alarm",)},
     does="30 February is set as the date; if it is taken, the date is set back.",
 )
@@ -162,8 +146,7 @@ def impossible_date(ask: Asker) -> None:
     ask.knob("impossible_date_alarm", answer.alarm, text=f"30 February ended in {answer.alarm}")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"arm-robots": ("not_scara_alarm",)},
     does="The arm designation of robot 1 is set to what it is.",
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rcx_harness.look.probe.asker import Asker, telegram
-from rcx_harness.look.probe.question import Risk, asked
+from rcx_harness.look.probe.question import still
 from rcx_harness.look.probe.questions.signals import reset
 from rcx_harness.spec.wire import ENDS, READY, RUN
 
@@ -11,11 +11,7 @@ _LATE_US = 500_000
 _NO_COMMAND = (0x0F00, *(0,) * 15)
 
 
-@asked(
-    Risk.STILL,
-    {"other-alarms": ("undefined_code_alarm",)},
-    does="The code 0x0F00 is sent.",
-)
+@still({"other-alarms": ("undefined_code_alarm",)}, does="The code 0x0F00 is sent.")
 def undefined_code(ask: Asker) -> None:
     """What does it answer to a code that the manual does not have?"""
     answer = ask.telegram(_NO_COMMAND)
@@ -23,8 +19,7 @@ def undefined_code(ask: Asker) -> None:
     ask.knob("undefined_code_alarm", answer.alarm, text=f"0x0F00 ended in {answer.alarm}")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {
         "changed-command": ("changed_command_status",),
         "early-command": ("early_command_waits",),
@@ -48,8 +43,7 @@ def changed_command(ask: Asker) -> None:
     ask.knob("early_command_waits", executed, text=text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"changed-data": ("data_belong_to_command",)},
     does="A word that a reference does not use changes while it runs.",
 )
@@ -66,8 +60,7 @@ def changed_data(ask: Asker) -> None:
     ask.knob("data_belong_to_command", not ended, text=text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"other-alarms": ("servo_off_alarm",)},
     does="SI(00) and SI(06) go ON; inching of axis 1 is asked for with the servos off.",
 )
@@ -81,8 +74,7 @@ def servo_off(ask: Asker) -> None:
     ask.knob("servo_off_alarm", answer.alarm, text=f"the inching ended in {answer.alarm}")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"jog-refused": ()},
     does="SI(00) is ON, SI(06) OFF; a jog of axis 1 is asked for with the servos off.",
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rcx_harness.look.probe.asker import Asker, telegram
-from rcx_harness.look.probe.question import Risk, asked
+from rcx_harness.look.probe.question import moving
 from rcx_harness.look.probe.questions.signals import reset
 from rcx_harness.spec.wire import ENDS, NORMAL_END, READY, RUN
 
@@ -25,8 +25,7 @@ def _servos_off(ask: Asker) -> None:
     ask.until(lambda: not ask.on("SO02"))
 
 
-@asked(
-    Risk.MOTION,
+@moving(
     {"answers": ("servo_on_delay",), "servo-needs-reset": ("servo_on_with_alarm",)},
     does="SI(01) switches the servos ON; no axis is moved.",
 )
@@ -53,8 +52,7 @@ def servo_on(ask: Asker) -> None:
     ask.delay("servo_on_delay", us or 0, f"SO(02) ON after {(us or 0) / 1000:g} ms")
 
 
-@asked(
-    Risk.MOTION,
+@moving(
     {"servo-on-command": ("servo_needs_motor_power", "motor_power_alarm")},
     does="The motor power is switched OFF, then servo ON of axis 1 is asked for.",
 )
@@ -72,8 +70,7 @@ def motor_power(ask: Asker) -> None:
         ask.knob("motor_power_alarm", answer.alarm, text=text)
 
 
-@asked(
-    Risk.MOTION,
+@moving(
     {"unasked-positions": ("unasked_positions_zero",)},
     does="Axis 1 of robot 1 inches 10 pulses forth and back at 1 % of the manual speed.",
 )
@@ -96,8 +93,7 @@ def unasked_positions(ask: Asker) -> None:
     ask.knob("unasked_positions_zero", zero, text=text)
 
 
-@asked(
-    Risk.MOTION,
+@moving(
     {"jog-cleared": ()},
     does="Axis 1 of robot 1 jogs for half a second at 1 % of the manual speed.",
 )
@@ -125,8 +121,7 @@ def jog_cleared(ask: Asker) -> None:
     ask.rule("jog-cleared", goes_on and ended, text)
 
 
-@asked(
-    Risk.MOTION,
+@moving(
     {
         "program-servo": ("program_needs_servo",),
         "program-reset-running": ("reset_while_running",),
@@ -192,8 +187,7 @@ def _start(ask: Asker) -> int | None:
     return us
 
 
-@asked(
-    Risk.MOTION,
+@moving(
     {"manual-mode": ("manual_mode_stops_program",)},
     does="SI(12) starts YOUR robot program, with the servos ON.",
     person="select MANUAL mode while the program runs, and AUTO mode again",
@@ -213,8 +207,7 @@ def program_in_manual_mode(ask: Asker) -> None:
     ask.knob("manual_mode_stops_program", stopped, text=text)
 
 
-@asked(
-    Risk.MOTION,
+@moving(
     {
         "sequence-program": ("sequence_program", "emergency_stops_sequence"),
         "answers": ("sequence_delay",),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rcx_harness.look.probe.asker import Answer, Asker, telegram
-from rcx_harness.look.probe.question import Risk, asked
+from rcx_harness.look.probe.question import still
 from rcx_harness.look.probe.questions.signals import reset
 from rcx_harness.spec.wire import NORMAL_END
 
@@ -20,8 +20,7 @@ def _stop_alarm(ask: Asker) -> bool:
     return "12.400" in ask.history().new_since(before)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"other-alarms": ("pendant_alarm",), "pendant-inputs": ("pendant_blocks_inputs",)},
     does="SI(12) goes ON while SI(06) is OFF; the current manual speed is set again.",
     person="take the control authority at the programming box, and give it back",
@@ -43,8 +42,7 @@ def pendant(ask: Asker) -> None:
     ask.knob("pendant_alarm", answer.alarm, text=f"a setting ended in {answer.alarm}")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"execute-programs": ("manual_mode_alarm",), "program-mode": ("start_needs_auto",)},
     does="SI(12) goes ON while SI(06) is OFF; the programs are reset by command.",
     person="select MANUAL mode, and AUTO mode again",
@@ -66,8 +64,7 @@ def manual_mode(ask: Asker) -> None:
     ask.knob("manual_mode_alarm", answer.alarm, text=f"a program reset ended in {answer.alarm}")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"safety-inputs": ("safety_keeps_stops",)},
     does="SI(00) goes ON, and OFF under the safety setting.",
     person="make the safety setting that disables dedicated inputs, and take it back",
@@ -85,8 +82,7 @@ def safety_setting(ask: Asker) -> None:
     ask.knob("safety_keeps_stops", stops, text=text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"main-power": ("main_power_alarm",)},
     does="Nothing but references; the servos are off.",
     person="switch the main power of the motors off (not that of the controller), and on again",
@@ -107,8 +103,7 @@ def main_power(ask: Asker) -> None:
     ask.knob("main_power_alarm", alarm, text=f"alarm {alarm or 'none'} without main power")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {
         "emergency-at-power-on": ("power_on_emergency_alarm",),
         "link-error-at-power-on": ("link_error_alarm", "link_error_latches"),

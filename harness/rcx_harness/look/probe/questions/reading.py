@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rcx_harness.look.probe.asker import Answer, Asker, telegram
-from rcx_harness.look.probe.question import Risk, asked
+from rcx_harness.look.probe.question import reading
 from rcx_harness.spec import command
 from rcx_harness.spec.wire import ENDS, NORMAL_END, READY, RUN
 
@@ -22,10 +22,7 @@ def _alarm_of(ask: Asker, knob: str, answer: Answer, what: str) -> None:
     ask.knob(knob, answer.alarm, text=f"{what} ended in alarm {answer.alarm}")
 
 
-@asked(
-    Risk.READING,
-    {"versions": ("host_version", "host_revision", "fpga_version", "driver_version")},
-)
+@reading({"versions": ("host_version", "host_revision", "fpga_version", "driver_version")})
 def versions(ask: Asker) -> None:
     """Which versions does it have?"""
     fields = ask.command("ReadVersion").fields
@@ -36,10 +33,7 @@ def versions(ask: Asker) -> None:
     ask.knob("driver_version", driver, text=f"ReadVersion: the first driver's is {driver}")
 
 
-@asked(
-    Risk.READING,
-    {"option-slots": ("option_slots", "ivy2_unit", "absent_controller_alarm")},
-)
+@reading({"option-slots": ("option_slots", "ivy2_unit", "absent_controller_alarm")})
 def option_slots(ask: Asker) -> None:
     """Which units are in its slots, and what does a controller answer that is not there?"""
     fields = ask.command("ReadOptionSlots", controller=1).fields
@@ -50,10 +44,7 @@ def option_slots(ask: Asker) -> None:
     _alarm_of(ask, "absent_controller_alarm", answer, "a reference to controller 4")
 
 
-@asked(
-    Risk.READING,
-    {"first-settings": ("manual_speed", "inching_amount")},
-)
+@reading({"first-settings": ("manual_speed", "inching_amount")})
 def settings(ask: Asker) -> None:
     """Which manual speed and inching amount are set?"""
     speed = ask.command("ReadSpeeds", 1).fields
@@ -64,10 +55,7 @@ def settings(ask: Asker) -> None:
     ask.knob("inching_amount", amount["amount"], text=f"inching amount {amount['amount']}")
 
 
-@asked(
-    Risk.READING,
-    {"format": ("format_alarm", "strict_unused_words")},
-)
+@reading({"format": ("format_alarm", "strict_unused_words")})
 def wrong_format(ask: Asker) -> None:
     """Does it check ranges and unused words, and with which alarm?"""
     refused = ask.command("ReadMessage", message=0)
@@ -80,10 +68,7 @@ def wrong_format(ask: Asker) -> None:
     _alarm_of(ask, "format_alarm", refused, "a reference to message 0")
 
 
-@asked(
-    Risk.READING,
-    {"other-alarms": ("absent_robot_alarm", "no_axis_alarm")},
-)
+@reading({"other-alarms": ("absent_robot_alarm", "no_axis_alarm")})
 def absent(ask: Asker) -> None:
     """What does it answer where a robot or an axis is not there?"""
     answer = ask.command("ReadParameter", 1, parameter=_ACCEL, axes=_AXIS_6)
@@ -93,20 +78,14 @@ def absent(ask: Asker) -> None:
     _alarm_of(ask, "absent_robot_alarm", answer, "the position of robot 4")
 
 
-@asked(
-    Risk.READING,
-    {"other-alarms": ("undefined_point_alarm",)},
-)
+@reading({"other-alarms": ("undefined_point_alarm",)})
 def undefined_point(ask: Asker) -> None:
     """What does it answer for points that were never written?"""
     answer = ask.command("ReadPoint", point=29_998)
     _alarm_of(ask, "undefined_point_alarm", answer, "a reference to point 29998")
 
 
-@asked(
-    Risk.READING,
-    {"undefined-data": ("undefined_data_alarm",), "comment-end": ("comment_filler",)},
-)
+@reading({"undefined-data": ("undefined_data_alarm",), "comment-end": ("comment_filler",)})
 def undefined_data(ask: Asker) -> None:
     """What does it answer for comments, shifts and hands that were never defined?"""
     answer = ask.command("ReadPointComment", point=29_998)
@@ -120,20 +99,14 @@ def undefined_data(ask: Asker) -> None:
     ask.knob("undefined_data_alarm", answer.alarm, text=text)
 
 
-@asked(
-    Risk.READING,
-    {"undefined-pallet": ("undefined_pallet_alarm",)},
-)
+@reading({"undefined-pallet": ("undefined_pallet_alarm",)})
 def undefined_pallet(ask: Asker) -> None:
     """What does it answer for a pallet that was never defined?"""
     answer = ask.command("ReadPallet", pallet=38)
     _alarm_of(ask, "undefined_pallet_alarm", answer, "a reference to pallet 38")
 
 
-@asked(
-    Risk.READING,
-    {"task-table": ("undefined_program_alarm", "undefined_task_alarm")},
-)
+@reading({"task-table": ("undefined_program_alarm", "undefined_task_alarm")})
 def undefined_program(ask: Asker) -> None:
     """What does it answer for programs and tasks that are not there?"""
     answer = ask.command("ReadProgramInfo", method=2, task=16)
@@ -143,10 +116,7 @@ def undefined_program(ask: Asker) -> None:
     _alarm_of(ask, "undefined_program_alarm", answer, "a reference to program 100")
 
 
-@asked(
-    Risk.READING,
-    {"name-filler": ("name_filler",)},
-)
+@reading({"name-filler": ("name_filler",)})
 def name_filler(ask: Asker) -> None:
     """With what is a program name filled up?"""
     answer = ask.command("ReadProgramInfo", method=1, program=1)
@@ -157,10 +127,7 @@ def name_filler(ask: Asker) -> None:
     ask.knob("name_filler", filler, text=f"the name of program 1 ends with 16#{last:02X}")
 
 
-@asked(
-    Risk.READING,
-    {"flag-bit-0": ("position_flag_bit0",), "position-hand": ("position_hand",)},
-)
+@reading({"flag-bit-0": ("position_flag_bit0",), "position-hand": ("position_hand",)})
 def position_flags(ask: Asker) -> None:
     """What stands beside a position in millimetres?"""
     fields = ask.command("ReadPositionMm", 1).fields
@@ -173,8 +140,7 @@ def position_flags(ask: Asker) -> None:
     ask.knob("position_hand", shown, text=f"hand system {fields['hand']}, arm status {arm}")
 
 
-@asked(
-    Risk.READING,
+@reading(
     {
         "command-times": (
             "command_accept_delay",
@@ -201,10 +167,7 @@ def command_times(ask: Asker) -> None:
         ask.knob("skip_run_status", "always", text=text)
 
 
-@asked(
-    Risk.READING,
-    {"continuous-details": ()},
-)
+@reading({"continuous-details": ()})
 def continuous(ask: Asker) -> None:
     """Does a continuous position end without an end status?"""
     ask.send(telegram("ReadPositionPulses", 1, continuous=1))
@@ -218,10 +181,7 @@ def continuous(ask: Asker) -> None:
     ask.rule("continuous-details", holds, "the status went from 0x0100 to 0x0000")
 
 
-@asked(
-    Risk.READING,
-    {"robot-type": ()},
-)
+@reading({"robot-type": ()})
 def robot_type(ask: Asker) -> None:
     """Is the type of a robot that of its first axis?"""
     fields = ask.command("ReadSystemConfiguration", 1).fields
@@ -230,10 +190,7 @@ def robot_type(ask: Asker) -> None:
     ask.rule("robot-type", fields["robot_type"] == fields["axis_types"][0], text)
 
 
-@asked(
-    Risk.READING,
-    {"alarm-places": ()},
-)
+@reading({"alarm-places": ()})
 def alarm_places(ask: Asker) -> None:
     """Does the alarm of a command with a robot come from that robot?"""
     refused = ask.command("ReadParameter", 1, parameter=_ACCEL, axes=_AXIS_6)
@@ -244,8 +201,7 @@ def alarm_places(ask: Asker) -> None:
     ask.rule("alarm-places", (fields["place"], fields["place_number"]) == (0, 1), text)
 
 
-@asked(
-    Risk.READING,
+@reading(
     {"first-image-command": ("first_image_commands",)},
     does="The connection is cut and opened again.",
 )
@@ -259,10 +215,7 @@ def first_image_command(ask: Asker) -> None:
     ask.knob("first_image_commands", ended, text=text)
 
 
-@asked(
-    Risk.READING,
-    {"mp-ready": ("mp_ready_in_emergency_stop",)},
-)
+@reading({"mp-ready": ("mp_ready_in_emergency_stop",)})
 def mp_ready(ask: Asker) -> None:
     """Is SO(04) ON in an emergency stop?"""
     ask.needs(ask.on("SO00"), "SO(00) is OFF although SI(00) is")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rcx_harness.look.probe.asker import Asker, telegram
-from rcx_harness.look.probe.question import Risk, asked
+from rcx_harness.look.probe.question import still
 from rcx_harness.spec.wire import NORMAL_END
 
 _SOON_US, _LATE_US = 60_000, 500_000
@@ -27,8 +27,7 @@ def reset(ask: Asker) -> None:
     ask.needs(not ask.on("SO03"), "an alarm stays after an alarm reset")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {
         "answers": ("emergency_stop_delay", "emergency_release_delay", "alarm_reset_delay"),
         "reset-after-release": ("reset_in_emergency_stop",),
@@ -59,8 +58,7 @@ def emergency_stop(ask: Asker) -> None:
     ask.delay("alarm_reset_delay", us or 0, f"SO(03) OFF after {(us or 0) / 1000:g} ms")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"interval-strict": ("min_interval",)},
     does="SI(06) goes ON, 60 ms later SI(16): an alarm reset.",
 )
@@ -82,8 +80,7 @@ def interval(ask: Asker) -> None:
     ask.between("min_interval", 60, 130, text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"interval-levels": ("late_levels",)},
     does="SI(06) goes ON, 60 ms later SI(00): the emergency stop is released, or not.",
 )
@@ -98,11 +95,7 @@ def late_level(ask: Asker) -> None:
     ask.knob("late_levels", us is not None, text=text)
 
 
-@asked(
-    Risk.STILL,
-    {"interval-stops": ()},
-    does="SI(16) goes ON, 60 ms later SI(00) OFF.",
-)
+@still({"interval-stops": ()}, does="SI(16) goes ON, 60 ms later SI(00) OFF.")
 def stop_at_once(ask: Asker) -> None:
     """Is a switch-off of SI(00) taken at once, whatever came before?"""
     reset(ask)
@@ -113,8 +106,7 @@ def stop_at_once(ask: Asker) -> None:
     ask.rule("interval-stops", us is not None and us < _SOON_US, text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"link-first-image": ("recovery_edges",)},
     does="The connection is cut and opened again with SI(16) ON.",
 )
@@ -129,8 +121,7 @@ def first_image(ask: Asker) -> None:
     ask.knob("recovery_edges", edge, text=text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"link-loss-alarm": ("link_loss_alarm",)},
     does="SI(00) goes ON, then the connection is cut and opened again.",
 )
@@ -145,8 +136,7 @@ def link_loss(ask: Asker) -> None:
     ask.knob("link_loss_alarm", *new, text=f"the new message is {', '.join(new)}")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"idle-header": ("idle_header",)},
     does="SI(00) goes ON, then packets have the idle header for half a second.",
 )
@@ -160,8 +150,7 @@ def idle_header(ask: Asker) -> None:
     ask.knob("idle_header", "loss" if lost else "hold", text=text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"minor-alarms": ("minor_alarms",)},
     does="SI(12) goes ON while SI(06) is OFF: nothing can start, 12.400 comes.",
 )
@@ -177,8 +166,7 @@ def minor_alarms(ask: Asker) -> None:
     ask.knob("minor_alarms", () if serious else ("12.400",), text=text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"command-alarms": ("command_alarm_is_serious",)},
     does="SI(00) goes ON, alarms are reset, a reference is asked with a wrong number.",
 )
@@ -192,11 +180,7 @@ def command_alarms(ask: Asker) -> None:
     ask.knob("command_alarm_is_serious", serious, text=text)
 
 
-@asked(
-    Risk.STILL,
-    {"reset-command": ()},
-    does="SI(00) goes ON and OFF; 0x0604 is sent in the emergency stop.",
-)
+@still({"reset-command": ()}, does="SI(00) goes ON and OFF; 0x0604 is sent in the emergency stop.")
 def reset_command(ask: Asker) -> None:
     """Does the alarm reset command name an alarm that stays?"""
     reset(ask)
@@ -208,8 +192,7 @@ def reset_command(ask: Asker) -> None:
     ask.rule("reset-command", answer.alarm == "12.600", text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"messages": ("newest_message_first",)},
     does="SI(00) goes ON and OFF, a reference is asked with a wrong number: two alarms come.",
 )
@@ -229,8 +212,7 @@ def message_order(ask: Asker) -> None:
     ask.knob("newest_message_first", first, text="where two new alarms came into the history")
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"outputs-kept": ("reset_clears_outputs",), "answers": ("program_reset_delay",)},
     does="SO(20) is set ON, then SI(15) resets the robot programs: they begin at line 1.",
 )
@@ -255,8 +237,7 @@ def program_reset(ask: Asker) -> None:
     ask.knob("reset_clears_outputs", not kept, text=text)
 
 
-@asked(
-    Risk.STILL,
+@still(
     {"warning-reset": ("reset_clears_warning",)},
     does="SI(16) goes ON; asked only while SO(15) is ON.",
 )

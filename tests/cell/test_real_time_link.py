@@ -6,22 +6,25 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import Link
+from rcx_harness.cell.live import RealTimeLink
 from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.enip.links import Class1Link
 from structured_text.errors import InputError
 
-ADDRESS = "127.7.0.1"
+
+def made(size: int, rpi_us: int) -> RealTimeLink:
+    return RealTimeLink(size, Timing(10_000, rpi_us, 0, 512 * rpi_us))
 
 
 @pytest.fixture
-def link() -> Iterator[Class1Link]:
-    link = Class1Link(48, 4_000, 7, ADDRESS)
+def link() -> Iterator[RealTimeLink]:
+    link = made(48, 4_000)
     yield link
     link.close()
 
 
-def eventually(link: Class1Link, condition: Callable[[], bool]) -> None:
+def eventually(link: RealTimeLink, condition: Callable[[], bool]) -> None:
     """Wait, by requests to the adapter, until something is so."""
     for _ in range(100_000):
         if condition():
@@ -30,9 +33,9 @@ def eventually(link: Class1Link, condition: Callable[[], bool]) -> None:
     raise AssertionError("not within 100,000 requests")
 
 
-def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: Class1Link) -> None:
+def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: RealTimeLink) -> None:
     assert isinstance(link, Link)
-    assert (link.name, link.size) == ("enip", 48)
+    assert (link.name, link.size) == ("enip-realtime", 48)
     assert link.scanner_read() == link.robot_read() == bytes(48)
     link.scanner_write(bytes(range(48)))
     link.robot_write(bytes(range(100, 148)))
@@ -45,7 +48,7 @@ def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: Class1
 
 
 def test_one_millisecond_is_accepted() -> None:
-    link = Class1Link(256, 1_000, 7, ADDRESS)
+    link = made(256, 1_000)
     try:
         link.scanner.open()
         assert link.scanner.connection is not None
@@ -58,4 +61,4 @@ def test_one_millisecond_is_accepted() -> None:
 
 def test_a_refused_interval_leaves_no_process() -> None:
     with pytest.raises(InputError, match="a packet interval of 10 us"):
-        Class1Link(48, 10, address=ADDRESS)
+        made(48, 10)

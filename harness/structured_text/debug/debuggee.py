@@ -1,0 +1,79 @@
+"""The parts of a run that is debugged, and the base of the classes that answer requests."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from structured_text.debug.console import Console
+from structured_text.debug.debugger import Debugger
+from structured_text.debug.machine import Machine
+from structured_text.debug.orders import Front, Order
+from structured_text.debug.places import Places
+from structured_text.debug.player import Player
+from structured_text.debug.protocol import Message
+from structured_text.debug.scopes import Scopes
+from structured_text.debug.values import ProgramVariables
+from structured_text.debug.watch_expressions import WatchExpressions
+
+__all__ = ["Debuggee", "Requests", "source_of", "unverified"]
+
+#: Answers a request: a body, or an order for the debugger.
+Handler = Callable[[Message], Message | Order | None]
+
+
+@dataclass(frozen=True)
+class Debuggee:
+    """A run that is debugged.
+
+    Attributes:
+        machine: The program with the devices around it.
+        base: Number of the client's first line.
+    """
+
+    machine: Machine
+    places: Places
+    memory: ProgramVariables
+    player: Player
+    scopes: Scopes
+    expressions: WatchExpressions
+    debugger: Debugger
+    console: Console
+    base: int
+
+    @classmethod
+    def of(cls, machine: Machine, front: Front, base: int) -> Debuggee:
+        """Return the parts for a machine whose stops are reported to `front`."""
+        program = machine.program
+        places, memory = Places(program), ProgramVariables(program)
+        player = Player(machine, places)
+        scopes = Scopes(machine, places, memory)
+        expressions = WatchExpressions(program.module.project, program.module.names)
+        debugger = Debugger(player, memory, front)
+        console = Console(debugger, expressions, memory, scopes)
+        return cls(machine, places, memory, player, scopes, expressions, debugger, console, base)
+
+
+class Requests:
+    """The handlers of some requests about a run: a method `_on_NAME` for each."""
+
+    def __init__(self, run: Debuggee) -> None:
+        self._run = run
+
+    def handler(self, name: str) -> Handler | None:
+        """Return the handler of a request; None if it has no such handler."""
+        found: Any = getattr(self, f"_on_{name}", None)
+        return found  # type: ignore[no-any-return]
+
+
+def source_of(file: str) -> Message:
+    """Return a file as the protocol describes a source."""
+    whole = os.path.abspath(file)
+    return {"name": os.path.basename(whole), "path": whole}
+
+
+def unverified(text: str) -> Message:
+    """Return the answer for a breakpoint that is not set, and why."""
+    return {"verified": False, "message": text}
