@@ -18,7 +18,6 @@ __all__ = ["NOTHING", "Methods"]
 #: The type of a call without a result.
 NOTHING = ElementaryType("")
 _SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
-_DIRECT = (*_SECTIONS, "VAR")
 
 
 class Methods:

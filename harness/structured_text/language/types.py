@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 __all__ = [
+    "NO_STORAGE",
     "ArrayType",
     "BlockType",
     "ElementaryType",
@@ -17,7 +18,13 @@ __all__ = [
     "Type",
     "Variable",
     "has_block",
+    "members",
+    "type_name",
 ]
+
+
+#: Sections of variables without a value of their own: it belongs to another variable.
+NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
 
 
 @dataclass(frozen=True)
@@ -159,6 +166,21 @@ class Located:
     path: str
     type: Type
     start: int | None = None
+
+
+def type_name(kind: Type | None) -> str:
+    """Return the name of an elementary type; empty for every other type."""
+    return kind.name if isinstance(kind, ElementaryType) else ""
+
+
+def members(kind: Type) -> tuple[tuple[str, Type], ...]:
+    """Return the members of a structure, or the variables of a block that have a value."""
+    if isinstance(kind, StructType):
+        return kind.fields
+    if isinstance(kind, BlockType):
+        pins = (pin for pin in kind.variables if pin.section not in NO_STORAGE)
+        return tuple((pin.name, pin.type) for pin in pins)
+    return ()
 
 
 def has_block(kind: Type) -> bool:
