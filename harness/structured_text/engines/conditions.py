@@ -45,6 +45,8 @@ class Condition:
         text: The condition as the user wrote it.
         paths: The variables that it names.
         has_before: Whether it contains a `BEFORE(...)`.
+        before_paths: The variables inside `BEFORE(...)`, in their order.
+        before: The values of these that `mark` saved; they can be set again.
     """
 
     def __init__(
@@ -56,11 +58,10 @@ class Condition:
         self._look, self._look_then = program.reader(paths), program.reader(then)
         self._names: list[str] = []
         self._evaluator: BuiltinProgram | None = None
-        self._then: tuple[Value, ...] = ()
+        self.before: tuple[Value, ...] = ()
         self._known: dict[tuple[Value, ...], bool] = {}
         self.has_before = bool(then)
-        """Whether the text contains a `BEFORE(...)`."""
-        self._before_paths = then
+        self.before_paths = tuple(then)
 
     def evaluated_by(self, evaluator: BuiltinProgram, names: list[str]) -> None:
         """Set the program that evaluates the condition, and the names of its variables there."""
@@ -70,16 +71,7 @@ class Condition:
     def mark(self) -> None:
         """Take the current values as those of `BEFORE(...)`."""
         if self.has_before:
-            self._then = self._look_then()
-
-    @property
-    def before(self) -> tuple[Value, ...]:
-        """Return the values that `mark` saved; they can be set again."""
-        return self._then
-
-    @before.setter
-    def before(self, then: tuple[Value, ...]) -> None:
-        self._then = then
+            self.before = self._look_then()
 
     def holds(self) -> bool:
         """Return whether the condition holds now.
@@ -87,7 +79,7 @@ class Condition:
         Raise InputError if the condition cannot be evaluated: a division by 0, or a number out of
         its range.
         """
-        values = self._look() + self._then
+        values = self._look() + self.before
         known = self._known.get(values)
         if known is None:
             known = self._evaluate(values)
@@ -109,13 +101,8 @@ class Condition:
 
     def fixed(self, literals: Sequence[str]) -> str:
         """Return the text with literals for each `BEFORE(...)`, in the order of `before_paths`."""
-        values = dict(zip(self._before_paths, literals, strict=True))
+        values = dict(zip(self.before_paths, literals, strict=True))
         return _TOKEN.sub(lambda one: values[one["then"]] if one["then"] else one[0], self.text)
-
-    @property
-    def before_paths(self) -> tuple[str, ...]:
-        """Return the variables inside `BEFORE(...)`, in their order."""
-        return tuple(self._before_paths)
 
 
 def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:

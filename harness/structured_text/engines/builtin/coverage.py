@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from structured_text.engines.builtin.expression_code import ExpressionCode
-from structured_text.engines.builtin.standard import Value, type_name
+from structured_text.engines.builtin.standard import Value
 from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
 from structured_text.language.project import Project
-from structured_text.language.walk import parts
+from structured_text.language.types import type_name
+from structured_text.language.walk import nodes, parts
 
 __all__ = ["CountingWriter", "Decision", "Plan", "Postfix", "outcome"]
 
@@ -159,17 +161,12 @@ class Plan:
             for part in (node.start, node.end, node.step):
                 self._expression(part, line)
             self._body(node, node.body)
-        elif isinstance(node, t.Assign):
-            self._expression(node.target, line)
-            self._expression(node.value, line)
         elif isinstance(node, t.CallBlock):
             for _, value in (*node.inputs, *node.in_outs, *node.outputs):
                 self._expression(value, line)
-        elif isinstance(node, t.Evaluate):
-            self._expression(node.value, line)
-        elif isinstance(node, t.CallBase):
-            for _, value in node.inputs:
-                self._expression(value, line)
+        else:
+            for part in parts(node):
+                self._expression(part, line)
         loop = isinstance(node, (t.While, t.For))
         if loop or (isinstance(node, (t.If, t.Case)) and not node.otherwise):
             self.empty[id(node)] = self._count()
@@ -247,17 +244,15 @@ def _is_lazy(node: t.Expression) -> bool:
 
 def _may_fault(node: t.Expression) -> bool:
     """Return whether an expression can stop the program, by an index, a division or a root."""
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        if isinstance(one, t.Standard) and one.name not in _SAFE and "_TO_" not in one.name:
-            return True
-        if isinstance(one, t.Index) and not all(isinstance(k, t.Constant) for k in one.indices):
-            return True
-        if isinstance(one, t.Binary) and one.op in ("/", "MOD", "**"):
-            return True
-        waiting += parts(one)
-    return False
+    return any(map(_is_fault, nodes(node)))
+
+
+def _is_fault(one: Any) -> bool:
+    if isinstance(one, t.Standard):
+        return one.name not in _SAFE and "_TO_" not in one.name
+    if isinstance(one, t.Index):
+        return not all(isinstance(k, t.Constant) for k in one.indices)
+    return isinstance(one, t.Binary) and one.op in ("/", "MOD", "**")
 
 
 #: Standard functions that are defined for every argument.

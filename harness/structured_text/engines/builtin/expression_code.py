@@ -12,14 +12,7 @@ from ctypes import c_float
 from dataclasses import replace
 
 from structured_text.engines.builtin.pointing import POINTING, Pointing, has_effect
-from structured_text.engines.builtin.standard import (
-    JOINS,
-    Value,
-    of_type,
-    settle,
-    standard_call,
-    type_name,
-)
+from structured_text.engines.builtin.standard import JOINS, Value, of_type, settle, standard_call
 from structured_text.engines.builtin.storage import (
     address_slot,
     in_cell,
@@ -36,7 +29,14 @@ from structured_text.language.scalars import (
     INT_RANGE,
     string_length,
 )
-from structured_text.language.types import ArrayType, BlockType, ElementaryType, Type, has_block
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    Type,
+    has_block,
+    type_name,
+)
 
 __all__ = ["ExpressionCode", "has_call"]
 

@@ -6,7 +6,6 @@ import re
 
 from structured_text.engines.builtin.expression_code import ExpressionCode, has_call
 from structured_text.engines.builtin.objects import handed_back, is_dynamic
-from structured_text.engines.builtin.standard import type_name
 from structured_text.engines.builtin.storage import (
     Storage,
     in_cell,
@@ -19,7 +18,7 @@ from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
 from structured_text.language.standard import BLOCKS
-from structured_text.language.types import ArrayType, has_block
+from structured_text.language.types import ArrayType, has_block, type_name
 from structured_text.language.walk import bodies
 
 __all__ = ["Branches", "Writer"]

@@ -71,7 +71,7 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
     parts = [
         text,
         repr(wanted),
-        matiec.fingerprint(),
+        _fingerprint(matiec),
         _RUNTIME.read_text(encoding="utf-8"),
         Path(__file__).read_text(encoding="utf-8"),
     ]
@@ -222,10 +222,6 @@ class Matiec:
             found = list(_messages(output, source.name))
             raise TranslationError(found, output, done.returncode)
 
-    def fingerprint(self) -> str:
-        """Return a hash of the compiler, its library and its headers, as part of a cache key."""
-        return _fingerprint(self)
-
 
 def _messages(output: str, name: str) -> Iterator[Message]:
     for line in output.splitlines():
@@ -236,6 +232,7 @@ def _messages(output: str, name: str) -> Iterator[Message]:
 
 @functools.lru_cache(maxsize=8)
 def _fingerprint(matiec: Matiec) -> str:
+    """Return a hash of the compiler, its library and its headers, as part of a cache key."""
     return fingerprint([matiec.iec2c, *matiec.library.glob("*.txt"), *matiec.headers.glob("*.h")])
 
 
