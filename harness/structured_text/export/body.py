@@ -7,7 +7,7 @@ overrides the methods for what it writes differently.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from structured_text.export.words import Words
 from structured_text.language import syntax as s
 from structured_text.language.lexer import tokens
 from structured_text.language.standard import BLOCKS, FUNCTIONS, conversion
+from structured_text.language.walk import declared
 
 __all__ = ["Body", "Scope", "variables_of"]
 
@@ -36,13 +37,13 @@ class Scope:
 
     Attributes:
         variables: Types of its variables.
-        types: Types of the sources.
+        base: Returns the type that a named type stands for.
         pins: The inputs and VAR_IN_OUT of each block and function of the sources, in order.
         functions: The functions of the sources.
     """
 
     variables: Mapping[str, s.TypeSpec]
-    types: Mapping[str, s.TypeDecl]
+    base: Callable[[s.TypeSpec | None], s.TypeSpec | None]
     pins: Mapping[str, tuple[str, ...]]
     functions: Collection[str]
 
@@ -51,11 +52,7 @@ class Scope:
         """Return the scope of a part."""
         return Scope(
             variables_of(part.node) if isinstance(part.node, s.Pou) else {},
-            {
-                one.name.upper(): one.node
-                for one in sources.parts
-                if isinstance(one.node, s.TypeDecl)
-            },
+            sources.base,
             {
                 one.name.upper(): _pins(one.node)
                 for one in sources.parts
@@ -63,12 +60,6 @@ class Scope:
             },
             {one.name.upper() for one in sources.of("FUNCTION")},
         )
-
-    def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
-        """Return the type that a named type stands for."""
-        while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
-            spec = self.types[spec.name.key].spec
-        return spec
 
     def block(self, spec: s.TypeSpec | None) -> str:
         """Return the upper-case name of a block type; "" for another type."""
@@ -81,23 +72,13 @@ def variables_of(node: s.Pou) -> dict[str, s.TypeSpec]:
 
     A function's own name is one of them.
     """
-    found = {
-        name.key: one.spec
-        for section in node.sections
-        for one in section.variables
-        for name in one.names
-    }
+    found = {name.key: one.spec for _, one, name in declared(node.sections)}
     return found if node.result is None else {**found, node.name.key: node.result}
 
 
 def _pins(node: s.Pou) -> tuple[str, ...]:
-    return tuple(
-        name.text
-        for section in node.sections
-        if section.kind in _PASSED
-        for one in section.variables
-        for name in one.names
-    )
+    names = declared(one for one in node.sections if one.kind in _PASSED)
+    return tuple(name.text for _, _, name in names)
 
 
 class Body:

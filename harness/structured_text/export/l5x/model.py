@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 
 from structured_text.errors import BLOCKS
 from structured_text.language import tree as t
+from structured_text.language.scalars import DIGITS
 from structured_text.language.syntax import Position
 from structured_text.language.types import (
     ArrayType,
@@ -238,7 +239,7 @@ def value_text(value: Any, kind: Type) -> str:
         if rest:
             raise NotCarriedError("a time with parts of a millisecond")
     if name in ("BYTE", "WORD", "DWORD"):
-        return f"16#{number:0{ {'BYTE': 2, 'WORD': 4, 'DWORD': 8}[name] }X}"
+        return f"16#{number:0{DIGITS[name]}X}"
     if not -(1 << 31) < number < 1 << 31:
         raise NotCarriedError(f"the number {number} does not fit a DINT")
     return str(number)
