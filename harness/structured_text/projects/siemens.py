@@ -53,7 +53,6 @@ _HEADER = (
 )
 _SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP")
 _TITLE = re.compile(r"^([ \t]*TITLE[ \t]*=)[^\n]*", re.IGNORECASE | re.MULTILINE)
-_REGION = re.compile(r"\s*[^\n]*")
 #: Blocks and types with another name in the standard.
 _TYPES = {
     **{f"{name}_TIME": name for name in ("TON", "TOF", "TP")},

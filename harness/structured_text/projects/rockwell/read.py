@@ -17,7 +17,7 @@ from pathlib import Path
 from structured_text.errors import VARIABLES, InputError
 from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
-from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, made
+from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, in_comment, made
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
 from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
@@ -203,8 +203,7 @@ class _Reader:
         text = f"{plain_tag(element.get('Name'))} : {plain_tag(kind)}{value};"
         said = element.first("Description")
         note = " ".join(said.text().split()) if said is not None else ""
-        note = note.replace("(*", "( *").replace("*)", "* )")
-        return f"{text} (* {note} *)" if note else text
+        return f"{text} (* {in_comment(note)} *)" if note else text
 
     def _section(
         self, word: str, tags: Iterable[Element], cleared: Iterable[str] = ()
