@@ -309,7 +309,7 @@ class _Builder(Statements):
 
     def action(self, word: Token, name: Token, _colon: Token, body: Any, _end: Token) -> s.Method:
         self.note("an ACTION", position_of(word))
-        return s.Method(name_of(name), (), None, (), body, position_of(name), action=True)
+        return s.Method(name_of(name), (), None, (), body, position_of(name))
 
     def section(self, word: Token, *rest: Any) -> s.Section:
         words = [str(item).upper() for item in rest if isinstance(item, Token)][:-1]

@@ -40,6 +40,7 @@ from structured_text.language.types import (
     ReferenceType,
     StructType,
     Type,
+    has_address,
     has_block,
 )
 from structured_text.language.values import array_length, describe
@@ -600,15 +601,6 @@ def fills(have: Type, want: Type) -> bool:
         and len(have.bounds) == len(want.bounds)
         and have.element == want.element
     )
-
-
-def has_address(kind: Type) -> bool:
-    """Return whether a type is or contains a block, pointer, reference or interface."""
-    if isinstance(kind, ArrayType):
-        return has_address(kind.element)
-    if isinstance(kind, StructType):
-        return any(has_address(field) for _, field in kind.fields)
-    return isinstance(kind, (BlockType, InterfaceType, ReferenceType))
 
 
 def default_scalar(kind: ElementaryType) -> bool | int | float | str:

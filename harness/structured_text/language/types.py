@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -17,7 +18,9 @@ __all__ = [
     "StructType",
     "Type",
     "Variable",
+    "has_address",
     "has_block",
+    "inside",
     "members",
     "type_name",
 ]
@@ -181,6 +184,25 @@ def members(kind: Type) -> tuple[tuple[str, Type], ...]:
         pins = (pin for pin in kind.variables if pin.section not in NO_STORAGE)
         return tuple((pin.name, pin.type) for pin in pins)
     return ()
+
+
+def inside(kind: Type) -> Iterator[Type]:
+    """Yield a type and the types of its elements and fields, but not those of a block's variables.
+
+    A type that several fields have is yielded for each of them.
+    """
+    yield kind
+    if isinstance(kind, ArrayType):
+        yield from inside(kind.element)
+    elif isinstance(kind, StructType):
+        for _, field in kind.fields:
+            yield from inside(field)
+
+
+def has_address(kind: Type) -> bool:
+    """Return whether a type is or contains a block, pointer, reference or interface."""
+    addressed = (BlockType, InterfaceType, ReferenceType)
+    return any(isinstance(one, addressed) for one in inside(kind))
 
 
 def has_block(kind: Type) -> bool:
