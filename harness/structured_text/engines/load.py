@@ -17,14 +17,7 @@ from structured_text.language.checked import load
 from structured_text.language.compiling import uncollected
 from structured_text.language.constructs import refuse
 from structured_text.language.project import Project
-from structured_text.language.types import (
-    ArrayType,
-    BlockType,
-    ElementaryType,
-    EnumType,
-    StructType,
-    Type,
-)
+from structured_text.language.types import BlockType, Type, has_address
 
 __all__ = ["ENGINES", "Built", "build", "why_not"]
 
@@ -156,13 +149,5 @@ def _inside(path: str, block: BlockType, *, whole: bool) -> Iterator[str]:
 def _paths(path: str, kind: Type, *, whole: bool) -> Iterator[str]:
     if isinstance(kind, BlockType):
         yield from _inside(path, kind, whole=whole)
-    elif _is_value(kind):
+    elif not has_address(kind):
         yield path
-
-
-def _is_value(kind: Type) -> bool:
-    if isinstance(kind, ArrayType):
-        return _is_value(kind.element)
-    if isinstance(kind, StructType):
-        return all(_is_value(field) for _, field in kind.fields)
-    return isinstance(kind, (ElementaryType, EnumType))

@@ -7,7 +7,7 @@ vector that occurs is recorded, so that branch coverage and MC/DC can be compute
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -180,11 +180,11 @@ class Plan:
             self._expression(part, line)
 
     def _decision(self, node: t.Expression, line: int) -> None:
-        conditions = tuple(_conditions(node))
+        code, conditions = _postfix(node)
         if conditions:
             self.number[id(node)] = len(self.decisions)
-            lazy = _is_lazy(node) or any(map(_may_fault, conditions[1:]))
-            self.decisions.append(Decision(node, conditions, line, _postfix(node), lazy))
+            lazy = any(one in _LAZY for one in code) or any(map(_may_fault, conditions[1:]))
+            self.decisions.append(Decision(node, conditions, line, code, lazy))
         for condition in conditions:
             for part in parts(condition):
                 self._expression(part, line)
@@ -203,20 +203,10 @@ def _is_logic(node: t.Expression) -> bool:
     return isinstance(node, t.Unary) or (isinstance(node, t.Binary) and node.op in _LOGIC)
 
 
-def _conditions(node: t.Expression) -> Iterator[t.Expression]:
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        if _is_logic(one):
-            waiting += reversed(list(parts(one)))
-        elif not isinstance(one, t.Constant):
-            yield one
-
-
-def _postfix(node: t.Expression) -> Postfix:
-    """Return a decision in postfix notation; its conditions are numbered from left to right."""
+def _postfix(node: t.Expression) -> tuple[Postfix, tuple[t.Expression, ...]]:
+    """Return a decision in postfix notation, and its conditions from left to right."""
     code: list[int | bool | str] = []
-    numbers = 0
+    conditions: list[t.Expression] = []
     waiting: list[t.Expression | str] = [node]
     while waiting:
         one = waiting.pop()
@@ -227,19 +217,9 @@ def _postfix(node: t.Expression) -> Postfix:
         elif isinstance(one, t.Constant):
             code.append(bool(one.value))
         else:
-            code.append(numbers)
-            numbers += 1
-    return tuple(code)
-
-
-def _is_lazy(node: t.Expression) -> bool:
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        if isinstance(one, t.Binary) and one.op in _LAZY:
-            return True
-        waiting += parts(one) if _is_logic(one) else ()
-    return False
+            code.append(len(conditions))
+            conditions.append(one)
+    return tuple(code), tuple(conditions)
 
 
 def _may_fault(node: t.Expression) -> bool:

@@ -29,13 +29,7 @@ from structured_text.engines.native.c_layout import (
 from structured_text.errors import COMMAND, InputError
 from structured_text.language.paths import resolve
 from structured_text.language.project import Project
-from structured_text.language.types import (
-    ArrayType,
-    BlockType,
-    ElementaryType,
-    StructType,
-    Type,
-)
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import array_length, describe, from_python
 from structured_text.output import system
 
