@@ -14,13 +14,11 @@ __all__ = ["lost_configuration", "missing", "reaching_out", "retain"]
 _NAMED = 3
 
 
-def missing(
-    part: Part, why: str, *, of: str = "", at: s.Position | None = None, replaced: bool = False
-) -> Missing:
+def missing(part: Part, why: str, *, of: str = "", at: s.Position | None = None) -> Missing:
     """Return the report that a part is not supported, or an item `of` it declared at a place."""
     what = f"{part.kind} {part.name}"
     what = f"{of} of {what}" if of else what
-    return Missing(what, why, part.file, (at or part.node.at).line, replaced)
+    return Missing(what, why, part.file, (at or part.node.at).line)
 
 
 def lost_configuration(part: Part, todo: str, *, without_globals: bool = False) -> Missing:

@@ -270,14 +270,10 @@ def _split(source: _Source, first: int, last: int, kind: str) -> tuple[str, str,
     ends = [at for at in range(first, last) if source.tokens[at].type == "END_VAR"]
     head_end = ends[-1] if ends else first + (3 if kind == "FUNCTION" else 1)
     body = source.text[source.end(head_end) : source.start(last)]
-    lines = [line.rstrip() for line in body.splitlines()]
+    body = "\n".join(line.rstrip() for line in body.splitlines())
     begin = source.text.count("\n", 0, source.end(head_end)) + 1
-    while lines and not lines[0]:
-        del lines[0]
-        begin += 1
-    while lines and not lines[-1]:
-        del lines[-1]
-    return source.text[source.start(first) : source.end(head_end)], "\n".join(lines), begin
+    begin += len(body) - len(body.lstrip("\n"))
+    return source.text[source.start(first) : source.end(head_end)], body.strip("\n"), begin
 
 
 def _types(
