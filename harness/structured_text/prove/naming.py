@@ -8,7 +8,7 @@ from typing import Any
 import z3
 
 from structured_text.language.displayed import value_text
-from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from structured_text.language.types import ArrayType, ElementaryType, Type, members
 from structured_text.language.values import indices_at, scalar_to_python
 from structured_text.prove.search import value_of
 from structured_text.prove.surroundings import Surroundings
@@ -68,11 +68,7 @@ class Names:
                 indices = ",".join(map(str, indices_at(kind, int(step))))
                 text, kind = f"{text}[{indices}]", kind.element
                 continue
-            inner: dict[str, tuple[str, Type]] = {}
-            if isinstance(kind, StructType):
-                inner = {name.upper(): (name, part) for name, part in kind.fields}
-            elif isinstance(kind, BlockType):
-                inner = {one.name.upper(): (one.name, one.type) for one in kind.variables}
+            inner = {name.upper(): (name, part) for name, part in members(kind)}
             if step not in inner:
                 return None
             name, kind = inner[step]

@@ -97,11 +97,7 @@ def _double(number: Real) -> Any:
         return z3.FPVal(number.value, z3.Float64())
     if number.halved:
         factor = z3.FPVal(2.0**number.halved, z3.Float64())
-        return z3.fpMul(
-            z3.RNE(),
-            z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(number.value, z3.Float32()), z3.Float64()),
-            factor,
-        )
+        return z3.fpMul(z3.RNE(), _double(Real(number.value)), factor)
     if number.double:
         return number.value
     return z3.fpFPToFP(z3.RNE(), _single(number), z3.Float64())

@@ -139,14 +139,12 @@ def equal(left: Text, right: Text) -> Bool:
 
 def compare(op: str, left: Text, right: Text) -> Bool:
     """Return the comparison of two texts, by the codes of the first characters that differ."""
-    if op in ("=", "<>"):
-        same = equal(left, right)
-        return same if op == "=" else negated(same)
-    if op in (">", "<="):
-        below = _below(right, left)
-        return below if op == ">" else negated(below)
-    below = _below(left, right)
-    return below if op == "<" else negated(below)
+    opposite = {"<>": "=", "<=": ">", ">=": "<"}
+    if op in opposite:
+        return negated(compare(opposite[op], left, right))
+    if op == "=":
+        return equal(left, right)
+    return _below(left, right) if op == "<" else _below(right, left)
 
 
 def _below(left: Text, right: Text) -> Bool:
