@@ -109,7 +109,7 @@ def test_functions_get_the_arguments_that_are_left_out_and_shifts_their_names() 
     at = s.Position(1, 1)
     kind = s.NamedSpec(s.Name("INT", at), at)
     variables = dict.fromkeys(("A", "B", "CHAR"), kind)
-    scope = Scope(variables, {}, {"FC_IT": ("First", "Second")}, {"FC_IT"})
+    scope = Scope(variables, lambda spec: spec, {"FC_IT": ("First", "Second")}, {"FC_IT"})
     body = "A := FC_It(First := SHL(B, A + 1)) + LEN(IN := B); (* SHL(a, b) *) Char.Label := 'A';"
     assert scl_body(body, scope, names) == (
         '#A := "FC_It"(First := SHL(IN := #B, N := #A + 1), Second := 2) + LEN(#B);'

@@ -228,16 +228,12 @@ class _Reader:
         name = element.name
         if name == "derived":
             return self._name(element)
-        if name in ("pointer", "reference"):
-            base = element.first("baseType")
-            word = "POINTER" if name == "pointer" else "REFERENCE"
-            return f"{word} TO {self._type(_only(base or element, self._file))}"
-        if name == "array":
-            bounds = ", ".join(
-                f"{one.get('lower')}..{one.get('upper')}" for one in element.all("dimension")
-            )
-            base = element.first("baseType")
-            return f"ARRAY [{bounds}] OF {self._type(_only(base or element, self._file))}"
+        if name in ("pointer", "reference", "array"):
+            inner = self._type(_only(element.first("baseType") or element, self._file))
+            if name != "array":
+                return f"{name.upper()} TO {inner}"
+            bounds = (f"{one.get('lower')}..{one.get('upper')}" for one in element.all("dimension"))
+            return f"ARRAY [{', '.join(bounds)}] OF {inner}"
         if name in ("subrangeSigned", "subrangeUnsigned"):
             (base,), (limits,) = element.all("baseType")[:1], element.all("range")[:1]
             kind = self._type(_only(base, self._file))

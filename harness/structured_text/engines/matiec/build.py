@@ -30,6 +30,7 @@ __all__ = [
     "Wanted",
     "compile_program",
     "find_matiec",
+    "fingerprint_of",
 ]
 
 _RUNTIME = Path(__file__).with_name("runtime.c")
@@ -71,7 +72,7 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
     parts = [
         text,
         repr(wanted),
-        _fingerprint(matiec),
+        fingerprint_of(matiec),
         _RUNTIME.read_text(encoding="utf-8"),
         Path(__file__).read_text(encoding="utf-8"),
     ]
@@ -231,7 +232,7 @@ def _messages(output: str, name: str) -> Iterator[Message]:
 
 
 @functools.lru_cache(maxsize=8)
-def _fingerprint(matiec: Matiec) -> str:
+def fingerprint_of(matiec: Matiec) -> str:
     """Return a hash of the compiler, its library and its headers, as part of a cache key."""
     return fingerprint([matiec.iec2c, *matiec.library.glob("*.txt"), *matiec.headers.glob("*.h")])
 

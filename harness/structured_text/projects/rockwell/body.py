@@ -256,7 +256,7 @@ class _Statements(ExpressionReader):
 
     def _copy(self, token: Token) -> Iterator[str]:
         """Translate COP(Source, Dest, Length): a whole tag, or elements of equal arrays."""
-        source, target = self._place_of(","), self._place_of(",")
+        source, target = self._place_of(), self._place_of()
         length = self._whole(self._value())
         self._expect(")")
         (text, data, first), (other, kind, start) = source, target
@@ -295,17 +295,14 @@ class _Statements(ExpressionReader):
         value = (str(data.sizes[int(dimension)]), "DINT")
         return f"{target} := {self._converted(value, kind.type, token)};"
 
-    def _place_of(self, behind: str) -> tuple[str, Data, str]:
-        """Return an array, its type and an index in it; for another tag, the index is 0.
-
-        `behind` is the sign that follows.
-        """
+    def _place_of(self) -> tuple[str, Data, str]:
+        """Return an array, its type and an index in it; for another tag, the index is 0."""
         text, data = self._variable(element=False)
         index = "0"
         if data.sizes and self._take("["):
             index = self._whole(self._value())
             self._expect("]")
-        self._expect(behind)
+        self._expect(",")
         return text, data, index
 
     def _text_call(self, token: Token) -> str:

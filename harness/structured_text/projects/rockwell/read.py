@@ -237,19 +237,14 @@ class _Reader:
         parameters = aoi.all("Parameters", "Parameter")
         local = aoi.all("LocalTags", "LocalTag")
         routines = {_key(one): one for one in aoi.all("Routines", "Routine")}
-        logic = routines.get("LOGIC")
         tags = {_key(one): self._data(one) for one in (*parameters, *local)}
         scope = Routine(self._file, self._types, tags, {}, {})
-        body: Lines | Foreign = ()
-        if logic is not None:
-            body = self._body(logic, scope)
-        said = (
-            "\n".join(line.text for line in body).upper() if not isinstance(body, Foreign) else ""
-        )
-        first: Lines | Foreign = ()
-        if "PRESCAN" in routines and not isinstance(body, Foreign):
-            first = self._body(routines["PRESCAN"], scope)
-        first = () if isinstance(first, Foreign) else first
+        body: Lines | Foreign = self._body(routines["LOGIC"], scope) if "LOGIC" in routines else ()
+        said, first = "", Lines()
+        if not isinstance(body, Foreign):
+            said = "\n".join(line.text for line in body).upper()
+            begun = self._body(routines["PRESCAN"], scope) if "PRESCAN" in routines else ()
+            first = () if isinstance(begun, Foreign) else begun
         cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
         lines = [*made(aoi.at, f"FUNCTION_BLOCK {name}")]
         for usage, word in _SECTIONS.items():
