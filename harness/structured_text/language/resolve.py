@@ -8,7 +8,7 @@ pointer may lead to a type that contains it, so the targets of pointers are reso
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from ctypes import c_float
 from typing import Any
 
@@ -158,7 +158,7 @@ class Types:
                 )
             base = found
         values: list[int] = []
-        for one, value in zip(spec.members, spec.values, strict=True):
+        for value in spec.values:
             if value is None:
                 values.append(values[-1] + 1 if values else 0)
                 continue
@@ -167,7 +167,6 @@ class Types:
             lookup = self._looking(where, earlier)
             found_value = constant(value, base, self.types, where, lookup).value
             values.append(int(found_value))
-            del one
         low, high = INT_RANGE[base.name]
         if not all(low <= value <= high for value in values):
             raise where.error(f"a member is outside {base.name} ({low} to {high})", spec.at)
@@ -343,7 +342,7 @@ class Types:
         symbol = self.local.get(node.key)
         if symbol is not None:
             return _constant_of(symbol)
-        later = self._declared_constant(node.key, self.sections)
+        later = self._declared_constant(node.key)
         if later is not None:
             return later
         for owner in self.registry.members.get(node.key, ()):
@@ -398,10 +397,8 @@ class Types:
             self._listed = {}
             for declared in self.registry.lists:
                 assert isinstance(declared.node, s.GlobalList)
-                section = declared.node.section
-                for variable in section.variables if section.qualifier == "CONSTANT" else ():
-                    for name in variable.names if variable.initial is not None else ():
-                        self._listed.setdefault(name.key, (variable, declared))
+                for name, variable in _constants(declared.node.section):
+                    self._listed.setdefault(name, (variable, declared))
         found = self._listed.get(key)
         if found is None:
             return None
@@ -415,17 +412,12 @@ class Types:
             raise known
         return known
 
-    def _declared_constant(
-        self, key: str, sections: list[tuple[s.Section, Declared]]
-    ) -> Constant | None:
+    def _declared_constant(self, key: str) -> Constant | None:
         """Return a constant of sections that are not declared yet."""
-        for section, declared in sections:
-            if section.qualifier != "CONSTANT":
-                continue
-            for variable in section.variables:
-                if variable.initial is None or key not in (one.key for one in variable.names):
-                    continue
-                return self._value_of(key, variable, declared)
+        for section, declared in self.sections:
+            for name, variable in _constants(section):
+                if name == key:
+                    return self._value_of(key, variable, declared)
         return None
 
     def _value_of(self, key: str, variable: s.VarDecl, declared: Declared) -> Constant | None:
@@ -578,6 +570,13 @@ class Types:
                 raise where.error(text, item.at)
             result += inner * times
         return result
+
+
+def _constants(section: s.Section) -> Iterator[tuple[str, s.VarDecl]]:
+    """Yield the constants of a section that have an initial value, by upper-case name."""
+    for one in section.variables if section.qualifier == "CONSTANT" else ():
+        if one.initial is not None:
+            yield from ((name.key, one) for name in one.names)
 
 
 def _constant_of(symbol: Symbol) -> Constant | None:
