@@ -18,7 +18,7 @@ from structured_text.language.references import PLACES, place_of
 from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
-from structured_text.language.standard import BLOCKS
+from structured_text.language.standard import BLOCKS, reserved
 from structured_text.language.starting import Start, start_call, starting
 from structured_text.language.types import (
     ArrayType,
@@ -413,7 +413,7 @@ class _BlockCalls:
                 )
             if callee.key in self._scope.declarations.broken:
                 raise ConsequenceError(f"{callee.text} has an error")
-            if self._scope.registry.is_standard(callee.key) or pou is not None:
+            if reserved(callee.key) or pou is not None:
                 raise self._scope.error(
                     f"the result of {callee.text} is not used", callee.at, "assign it"
                 )

@@ -140,10 +140,7 @@ class Types:
         for one in spec.members:
             if one.key in seen:
                 raise where.error(f"{one.text} is a member twice", one.at)
-            if self.registry.is_standard(one.key) or one.key in (
-                *self.registry.types,
-                *self.registry.pous,
-            ):
+            if reserved(one.key) or one.key in (*self.registry.types, *self.registry.pous):
                 where.note("a variable called as something else", one.at)
             seen.add(one.key)
         names = tuple(one.text for one in spec.members)

@@ -297,15 +297,13 @@ def _contained_types(project: Project) -> list[StructType | BlockType]:
     def visit(kind: Type) -> None:
         if isinstance(kind, ArrayType):
             visit(kind.element)
-        elif isinstance(kind, (StructType, BlockType)) and kind.name.upper() in found:
-            return
-        elif isinstance(kind, StructType):
-            for _, field in kind.fields:
-                visit(field)
-            found.setdefault(kind.name.upper(), kind)
-        elif isinstance(kind, BlockType):
-            for variable in kind.variables:
-                visit(variable.type)
+        elif isinstance(kind, (StructType, BlockType)) and kind.name.upper() not in found:
+            if isinstance(kind, StructType):
+                inner = [field for _, field in kind.fields]
+            else:
+                inner = [variable.type for variable in kind.variables]
+            for part in inner:
+                visit(part)
             found.setdefault(kind.name.upper(), kind)
 
     for block in project.instances.values():
