@@ -202,15 +202,12 @@ class Operators:
         self, op: str, left: s.Expression, right: s.Expression, want: Type | None, at: s.Position
     ) -> t.Expression:
         if "_" in op:
-            one, other = (self._expressions.check(side, BOOL) for side in (left, right))
-            return t.Binary(op, one, other, BOOL)
+            return self._both(op, left, right, BOOL, BOOL)
         kind = self.operand_type(op, left, right, want)
         kind = kind or (want if type_name(want) in (*ANY_BIT, *ANY_INT) else None) or BOOL
         if type_name(kind) not in BITS_OF:
             self._allow(op, kind, ANY_BIT, at)
-            return t.Binary(
-                op, self._expressions.check(left, kind), self._expressions.check(right, kind), kind
-            )
+            return self._both(op, left, right, kind, kind)
         self._note_bits(op, kind, at)
         bits = ELEMENTARY[BITS_OF[type_name(kind)]]
         one, other = (
@@ -235,9 +232,14 @@ class Operators:
         simple = isinstance(kind, ElementaryType)
         if not simple and not (isinstance(kind, EnumType) and op in ("=", "<>")):
             raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
-        return t.Binary(
-            op, self._expressions.check(left, kind), self._expressions.check(right, kind), BOOL
-        )
+        return self._both(op, left, right, kind, BOOL)
+
+    def _both(
+        self, op: str, left: s.Expression, right: s.Expression, kind: Type, result: Type
+    ) -> t.Binary:
+        """Type an operator whose operands both get one type."""
+        one, other = (self._expressions.check(side, kind) for side in (left, right))
+        return t.Binary(op, one, other, result)
 
     def _compared(self, op: str, kind: EnumType, left: s.Expression, right: s.Expression) -> Type:
         """Return the type to compare an enumeration in: a number with a number."""
@@ -287,13 +289,7 @@ class Operators:
         kind = self.moment_type(op, left_type, right_type)
         result = ELEMENTARY[type_name(kind) or a]
         if op == "-" and a.removeprefix("L") == b.removeprefix("L"):
-            both = ELEMENTARY[a if a.startswith("L") else b]
-            return t.Binary(
-                op,
-                self._expressions.check(left, both),
-                self._expressions.check(right, both),
-                result,
-            )
+            return self._both(op, left, right, ELEMENTARY[a if a.startswith("L") else b], result)
         if op in ("+", "-") and a not in ("DATE", "LDATE"):
             long = "LTIME" if result.name.startswith("L") else "TIME"
             duration = self._expressions.check(right, ELEMENTARY[long])

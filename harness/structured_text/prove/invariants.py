@@ -70,16 +70,12 @@ def _own(path: Path, block: BlockType, project: Project, copies: Copies) -> Iter
             continue
         place = (*path, symbol.name.upper())
         if is_scalar(symbol.type):
-            if not symbol.constant and _countable(symbol.type):
+            if not symbol.constant and values.is_number(symbol.type):
                 yield _Variable(place, symbol.type, symbol.initial)
         elif isinstance(symbol.type, BlockType):
             pou = project.pous.get(symbol.type.name.upper())
             if pou is not None and pou.file in copies.originals:
                 yield from _own(place, symbol.type, project, copies)
-
-
-def _countable(kind: Type) -> bool:
-    return values.bits(kind) > 0 or kind == ElementaryType("BOOL")
 
 
 def _ranges(own: list[_Variable], numbers: list[int]) -> Iterator[Candidate]:

@@ -72,6 +72,11 @@ def bits(kind: Type) -> int:
     return TIME_BITS if name in MOMENTS else WIDTH.get(name, 0)
 
 
+def is_number(kind: Type) -> bool:
+    """Return whether a type is numeric or BOOL, so that its values are single terms."""
+    return bits(kind) > 0 or type_name(kind) == "BOOL"
+
+
 def is_duration(kind: Type) -> bool:
     """Return whether the type is TIME or LTIME."""
     return type_name(kind) in ANY_DURATION
