@@ -293,8 +293,8 @@ class Functions:
         at run time.
         """
         key, count = node.function.key, len(node.arguments)
-        if count != (1 if key == "SIZEOF" else 2):
-            number = 1 if key == "SIZEOF" else 2
+        number = 1 if key == "SIZEOF" else 2
+        if count != number:
             raise self._scope.error(f"{key} takes {number} arguments, not {count}", node.at)
         first = node.arguments[0].value
         kind: Type | None = None
