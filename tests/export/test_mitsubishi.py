@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from exported import example_sources, written
+from exported import example_sources, left_out, written
 from exported_dialect import declared, differing, untyped
 from rcx_harness.cell.exports import export
 from structured_text.export import TARGETS
@@ -152,7 +152,7 @@ def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
         "  X1 := NOT Set;\nEND_FUNCTION_BLOCK\n"
     )
     output = export("mitsubishi", program=[program], only_needed=True)
-    assert sorted(output.left_out) == [
+    assert sorted(left_out(output)) == [
         "FUNCTION_BLOCK FB_Above: needs FB_Count, which is not carried",
         "FUNCTION_BLOCK FB_Count: GX Works3 has no LINT",
         "PROGRAM Located: has global or located variables (Q); make it again in the tool",
