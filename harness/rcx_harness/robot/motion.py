@@ -64,6 +64,17 @@ class Movement:
         near = passed >= self.path.approach * 1e6 and self._near(positions)
         self.done = self.finished or (near and not blocked)
 
+    def is_near(self, now_us: int, positions: list[int], axes: Collection[int]) -> bool:
+        """Return whether these axes are within their tolerances, if they move at all."""
+        if (now_us - self.start_us) < self.path.approach * 1e6:
+            return self.path.target.keys().isdisjoint(axes)
+        tolerance = self.tolerance or {}
+        return all(
+            abs(end - positions[index]) <= tolerance.get(index, 0)
+            for index, end in self.path.target.items()
+            if index in axes
+        )
+
     def _hold_at(self, workpieces: Mapping[int, int], positions: list[int]) -> bool:
         """Stop the axes at workpieces in their way; return True if there is one."""
         held = False

@@ -7,7 +7,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from lark import Lark, Token, Transformer, Tree, UnexpectedInput
+from lark import Lark, Token, Transformer, Tree, UnexpectedInput, UnexpectedToken
 
 from rcx_harness.robot.ports import Port, port
 from rcx_harness.robot.program.syntax import Node
@@ -26,9 +26,37 @@ def parse(text: str) -> Node:
     try:
         node = _parser().parse(text)
     except UnexpectedInput as error:
-        raise explain(text, error.column) from None
+        raise explain(text, error.column, _missing(error)) from None
     assert isinstance(node, Node)
     return node
+
+
+def _missing(error: UnexpectedInput) -> str:
+    """Return what a statement lacks at its end; empty if it has something that does not fit."""
+    if not isinstance(error, UnexpectedToken) or error.token.type != "$END":
+        return ""
+    possible = error.accepts or set()
+    if len(possible) == 1:
+        (name,) = possible
+        return _MISSING.get(name, "something")
+    return next((text for name, text in _MISSING.items() if name in possible), "something")
+
+
+#: What is missing, by one of the terminals that may follow; the first that fits is named.
+_MISSING = {
+    "NUMBER": "a value",
+    "POINT": "a target",
+    "RPAR": "')'",
+    "RSQB": "']'",
+    "RBRACE": "'}'",
+    "LABEL": "a label such as *LOOP",
+    "EQUAL": "'='",
+    "TASK": "a task such as T2",
+    "THEN": "THEN",
+    "TO": "TO",
+    "NAME": "a name",
+    "COMMA": "','",
+}
 
 
 @cache
