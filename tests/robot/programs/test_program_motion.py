@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from rcx_harness.robot import Axis
@@ -343,8 +345,8 @@ def test_an_axis_does_not_exceed_its_acceleration_at_a_corner() -> None:
     assert ways[-1] == (100_000, 100_000)
     assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # it follows the corner
     for k in (0, 1):
-        speeds = [b[k] - a[k] for a, b in zip(ways, ways[1:], strict=False)]
-        changes = [abs(b - a) for a, b in zip(speeds, speeds[1:], strict=False)]
+        speeds = [b[k] - a[k] for a, b in pairwise(ways)]
+        changes = [abs(b - a) for a, b in pairwise(speeds)]
         assert max(changes) <= 5_000_000 * 0.005**2 + 3  # pulses in a cycle^2
 
 
