@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.robot import Pallet, Point, RobotConfig
+from rcx_harness.robot.controller_memory import Parameters
 from rcx_harness.robot.program import read_program
+from rcx_harness.robot.program.all_file import read_all
 from rcx_harness.robot.program.checks import endless_loops, problems
 from rcx_harness.robot.program.words import words
 from structured_text.errors import InputError
@@ -147,12 +149,24 @@ NX=2
 NY=3
 NZ=1
 PLP=100
+PL4
+NX=5 NY=6 NZ=7 PLP=200
 [SGI]
 SGI5=50
 [SGR]
 SGR5=0.5
+[PRM]
+/ACCEL/'Accel coefficient
+A1=80 A2=300
+M3=70
+/WEIGHTG/
+R1=1500
+/PLMT+/
+A1=100000
+TOLE=50
 [XYZ]
 unknown
+[END]
 """
 
 
@@ -176,8 +190,41 @@ def test_a_robot_file_takes_all_data_from_a_controller_file(tmp_path: Path) -> N
     assert config.comments == {1: "PICK"}
     assert config.shifts == {1: (1000, 2000, 3000, 4000)}
     assert config.hands[1, 1].data == (0, 150_000, 15_000, 1)
-    assert config.pallets == {3: Pallet(2, 3, 1, 100)}
+    assert config.pallets == {3: Pallet(2, 3, 1, 100), 4: Pallet(5, 6, 7, 200)}
     assert config.variables == {"SGI5": 50, "SGR5": 0.5}
+    assert len(config.axes) == 4
+    assert config.parameters == {
+        "ACCEL": (80, 100, 70, 100),  # 300 % does not exist
+        "WEIGHTG": (1500, 0, 0, 0),
+        "TOLE": (50, 50, 50, 50),
+    }
+
+
+def test_what_a_controller_file_has_besides_is_named(tmp_path: Path) -> None:
+    """A parameter that the remote command guide does not have, a value that is too large.
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.4.2 (ACCEL is 1 to 100)
+    """
+    (tmp_path / "CELL.ALL").write_text(ALL)
+    content = read_all(tmp_path / "CELL.ALL")
+    assert content.parameters["ACCEL"] == {1: 80, 3: 70}
+    assert [text.partition(": ")[2] for text in content.passed_over] == [
+        "A2=300",
+        "parameter PLMT+",
+        "section [XYZ]",
+    ]
+
+
+def test_the_parameters_of_the_robot_file_come_first(tmp_path: Path) -> None:
+    """Rule: robot-language."""
+    (tmp_path / "CELL.ALL").write_text("[PRM]\n/WEIGHTG/ R1=1500\nACCEL(2)=60\nDECEL=50")
+    robot = tmp_path / "robot.toml"
+    robot.write_text('data_file = "CELL.ALL"\n[parameters]\nWEIGHT = 3\nACCEL = [10, 20, 30, 40]\n')
+    parameters = Parameters(RobotConfig.load(robot))
+    assert parameters.get(1, "WEIGHTG") == 3000
+    assert [parameters.get(1, "ACCEL", place) for place in (0, 1)] == [10, 20]
+    assert [parameters.get(1, "DECEL", place) for place in (0, 1)] == [50, 50]
 
 
 def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
@@ -210,6 +257,7 @@ def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
             "A.PGM:1: it is no text: it contains the byte 00",
         ),
         ("A.PGM", "X=1\nY=\x07", '[[programs]]\nfile = "A.PGM"', "A.PGM:2: it is no text"),
+        ("A.PGM", " \n", '[[programs]]\nfile = "A.PGM"', "A.PGM: it has no statement"),
         ("A.PGM", "", '[[programs]]\nfile = "B.PGM"', "B.PGM: cannot read it"),
         ("A.PGM", "", '[[programs]]\nfile = "A.PGM"\nsteps = []', "'steps' and 'file' exclude"),
         ("A.PGM", "", "data_file = 3", "'data_file' must be the name of a file"),

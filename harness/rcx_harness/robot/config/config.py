@@ -409,6 +409,9 @@ def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
         values = {key: read_value(RobotConfig, key, value, _TABLES) for key, value in table.items()}
         for key, data in others.data.items():
             values[key] = {**data, **values.get(key, {})}
+        if others.parameters:
+            listed = others.listed(len(RobotConfig(**values).axes))
+            values["parameters"] = {**listed, **values.get("parameters", {})}
         return RobotConfig(**values)
     except InputError as error:
         if error.file:  # a program in a file of its own
