@@ -25,6 +25,7 @@ class Movement:
         tolerance: Per axis, the distance to its target at which it counts as arrived [pulses].
         pushing: It stops at workpieces.
         by_program: A robot program has started it.
+        out_positions: Per axis, its OUT position range [pulses]; None until a program needs it.
         continuous: The next movement of the program may begin in the OUT position range.
         done: It has reached its target, or its tolerance.
         finished: It has reached its target.
@@ -39,6 +40,7 @@ class Movement:
     pushing: bool = False
     by_program: bool = False
     continuous: bool = False
+    out_positions: Mapping[int, int] | None = None
     done: bool = False
     finished: bool = False
     stopped_by: str = ""

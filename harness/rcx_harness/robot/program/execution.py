@@ -414,6 +414,8 @@ def _wait(one: Instruction, task: Running, world: World) -> int:
 def _wait_arm(one: Instruction, task: Running, world: World) -> int:
     """Wait for the end of a movement, or until the given axes are within their tolerances."""
     robot, *axes = one.args
+    if axes == [None]:
+        return STAY if world.motion.moving(robot) else NEXT
     indices = world.arm(robot).indices
     places = [integer(evaluate(axis, world, task), world.config) for axis in axes if axis]
     if not all(1 <= place <= len(indices) for place in places):
@@ -525,10 +527,15 @@ def _is_out(movement: Movement, world: World) -> bool:
     """Return whether all moving axes are in the OUT position range (guide, 4.2.1)."""
     if (world.now_us - movement.start_us) < movement.path.approach * 1e6:
         return False
+    if movement.out_positions is None:
+        config, get = world.config, world.memory.parameters.get
+        movement.out_positions = {
+            index: get(robot, "OUTPOS", config.axes_of(robot).index(index))
+            for index in movement.path.target
+            for robot in (config.axes[index].robot,)
+        }
     for index, end in movement.path.target.items():
-        robot = world.config.axes[index].robot
-        place = world.config.axes_of(robot).index(index)
-        if abs(end - world.positions[index]) > world.memory.parameters.get(robot, "OUTPOS", place):
+        if abs(end - world.positions[index]) > movement.out_positions[index]:
             return False
     return True
 
