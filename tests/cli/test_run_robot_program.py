@@ -35,3 +35,36 @@ def test_a_wrong_robot_program_is_refused_before_the_run(
     robot = f"--robot={tmp_path / 'robot.toml'}"
     assert main(["run", str(FOLDER / "Supervisor.st"), robot, "--engine=builtin"]) == 2
     assert f"{tmp_path / 'BAD.PGM'}:2: there is no label *NOWHERE" in capsys.readouterr().err
+
+
+def test_a_loop_in_which_no_time_passes_is_named_and_the_run_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The program starts at 1.8 s and has 140 cycles then."""
+    (tmp_path / "BUSY.PGM").write_text("*L:\nIF SI(27)=1 THEN *E\nSGI0=SGI0+1\nGOTO *L\n*E: HALT\n")
+    (tmp_path / "robot.toml").write_text('[[programs]]\nfile = "BUSY.PGM"\n')
+    files = [str(FOLDER / "Supervisor.st"), f"--robot={tmp_path / 'robot.toml'}"]
+    stimulus = f"--stimulus={FOLDER / 'stimulus.toml'}"
+    assert main(["run", *files, stimulus, "--engine=builtin", "--for=2500ms"]) == 0
+    shown = capsys.readouterr().out
+    assert re.search(
+        r"robot program BUSY: no time passes in a loop at line [234]; it has used all its 100 "
+        r"statements in 1[34]\d cycles; add a WAIT or a DELAY",
+        shown,
+    )
+    assert "500 controller cycles" in shown
+
+
+def test_an_alarm_that_a_stimulus_has_raised_is_no_error_of_the_program(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A serious alarm stops the movement at 2.2 s; the exit code stays 0."""
+    (tmp_path / "GO.PGM").write_text("MOVE P,100.0 0 0 0 0 0,S=5\n")
+    (tmp_path / "robot.toml").write_text('[[programs]]\nfile = "GO.PGM"\n')
+    text = (FOLDER / "stimulus.toml").read_text()
+    alarm = '\n[[at]]\ntime = "2200ms"\nrobot = [{ event = "alarm", group = 12, category = 600 }]\n'
+    (tmp_path / "stimulus.toml").write_text(text + alarm)
+    files = [str(FOLDER / "Supervisor.st"), f"--robot={tmp_path / 'robot.toml'}"]
+    stimulus = f"--stimulus={tmp_path / 'stimulus.toml'}"
+    assert main(["run", *files, stimulus, "--engine=builtin", "--for=2500ms"]) == 0
+    assert "stopped robot program" not in capsys.readouterr().out

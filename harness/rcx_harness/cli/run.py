@@ -35,7 +35,7 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
-from rcx_harness.cli.stopped_programs import own_errors, program_errors
+from rcx_harness.cli.stopped_programs import busy_programs, own_errors, program_errors
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
 from rcx_harness.trace.bare import heard
@@ -556,7 +556,7 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
     elif not outcome.ever_connected and options.connect is None:
         print("no connection in the whole run")
     if isinstance(cell, Cell):
-        for text in program_errors(cell):
+        for text in (*program_errors(cell), *busy_programs(cell)):
             print(legible(text))
     for violation in violations[:_MOST_SHOWN]:
         print(legible(f"violation at {format_us(violation.t_us)}: {violation.text}"))

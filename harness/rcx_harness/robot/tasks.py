@@ -99,6 +99,8 @@ class RobotTask:
         priority: 1 (first in each cycle) to 64.
         temporary: A program has registered it; it leaves the table at its end or reset.
         variables: Its variables by name; elements of arrays as `A%(3)`.
+        full_cycles: Cycles in which it has used all its statements, as a loop without a wait does.
+        full_line: Its line at the end of the last of these cycles.
     """
 
     def __init__(self, program: RobotProgram, variables: dict[str, Value], plain: str) -> None:
@@ -108,6 +110,7 @@ class RobotTask:
         self.number = 0
         self.priority = MAIN_PRIORITY
         self.temporary = False
+        self.full_cycles, self.full_line = 0, 0
         self.variables = variables if self.code.shared else {}
         self.rewind()
         self.since_us = 0
@@ -549,6 +552,8 @@ class Programs:
                 task.pause(now_us)
                 task.come_round()
                 return
+        task.full_cycles += 1
+        task.full_line = task.line
 
     def _failed(self, task: RobotTask, number: str) -> int:
         """Return the position of the error handler, or stop the program with an alarm.

@@ -109,7 +109,7 @@ alarm of the controller that a stimulus has raised does not count.
 It is read leniently; `rcx check CELL.ALL` names what was passed over. No public file was at hand,
 so the format is assumed, too.
 
-```text
+```ini
 [PGM]
 NAME=MAIN
 MOVE P,P1

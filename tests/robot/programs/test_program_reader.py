@@ -8,7 +8,7 @@ import pytest
 
 from rcx_harness.robot import Pallet, Point, RobotConfig
 from rcx_harness.robot.controller_memory import Parameters
-from rcx_harness.robot.program import read_program
+from rcx_harness.robot.program import parsing, read_program
 from rcx_harness.robot.program.all_file import read_all
 from rcx_harness.robot.program.checks import endless_loops, problems
 from rcx_harness.robot.program.words import words
@@ -87,6 +87,59 @@ def errors_of(text: str) -> list[str]:
 def test_an_error_is_reported_with_its_line(text: str, expected: str) -> None:
     """Rule: robot-language."""
     assert errors_of(text) == [expected]
+
+
+@pytest.mark.parametrize(
+    ("text", "other"),
+    [
+        ("A%=B%+1*2", "A%=B%+7*30"),
+        ("MOVE P,P1,S=50,ACC=3", "MOVE P,P30,S=7,ACC=4"),
+        ("*A: IF A%=1 THEN *A ELSE *B\n*B:", "*C: IF A%=2 THEN *C ELSE *D\n*D:"),
+        ("MOVE[2] P,P[3]", "MOVE[1] P,P[4]"),
+        ("SO(20)=1", "SO(21)=0"),
+        ("S1=1.0 2 3 4", "S2=1.0 2 3 5"),
+        ("WAIT SIW(2)=12,500", "WAIT SIW(3)=5,10"),
+        ("A%(1,2)=P1X", "A%(3,4)=P1X"),
+        ("ON ERROR GOTO 0", "ON ERROR GOTO 7"),
+        ("START 1,T2,10", "START 2,T3,20"),
+        ("PMOVE(1,2),A3=10{1,2}", "PMOVE(3,4),A3=20{5,6}"),
+        ("SGI1=1.5+2", "SGI2=2.5+3"),
+        ("A%=&H1F+1", "A%=&H2F+2"),
+    ],
+)
+def test_statements_that_differ_in_their_numbers_keep_them(text: str, other: str) -> None:
+    """Each is read as if it were alone: after the other one, or without it.
+
+    Rule: robot-language.
+    """
+    programs = [read_program(one)[0] for one in (other, text, f"{other}\n{text}")]
+    first, second, both = (one.code for one in programs if one is not None)
+    shown = [[(one.kind, one.args) for one in code] for code in (first, second, both)]
+    assert shown[2] == shown[0] + shown[1]
+    assert shown[0] != shown[1]
+
+
+def test_ten_thousand_lines_need_the_parser_for_few_statements(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Reading a large program takes less than a second of CPU for this reason."""
+    text = "\n".join(
+        f"*L{k}:\nA%=A%+{k}*2\nMOVE P,P{k},S=50,CONT\nIF SI(20)=1 AND A%>{k} THEN *L{k}"
+        for k in range(2500)
+    )
+    calls = []
+    explain = parsing.Lark.parse
+
+    def counted(lark: object, statement: str) -> object:
+        calls.append(statement)
+        return explain(lark, statement)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(parsing.Lark, "parse", counted)
+    program, errors = read_program(text)
+    assert errors == []
+    assert program is not None
+    assert len(program.texts) == 10_000
+    assert len(calls) <= 3
 
 
 def test_all_errors_are_reported_at_once() -> None:

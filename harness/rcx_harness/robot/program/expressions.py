@@ -386,10 +386,9 @@ def _coordinate(axis: int) -> Function:
         (value,) = _arguments(nodes, 1, world, scope)
         if isinstance(value, Point):
             return number(value.data[axis] / _SCALE, world.config) if value.mm else value.data[axis]
-        if isinstance(value, Hand):
-            value = value.data[:3]
-        if isinstance(value, tuple) and axis < len(value):
-            return number(value[axis] / _SCALE, world.config)
+        data = value.data[:3] if isinstance(value, Hand) else value
+        if isinstance(data, tuple) and axis < len(data):
+            return number(data[axis] / _SCALE, world.config)
         raise CommandError(world.config.program_type_alarm)
 
     return run
