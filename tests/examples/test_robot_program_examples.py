@@ -21,13 +21,14 @@ def _build(name: str) -> Cell:
     return Cell.build(files, robot=folder / "robot.toml", engine="builtin")
 
 
-def _until(cell: Cell, condition: Callable[[], object], within: str = "4s") -> None:
+def _until(cell: Cell, condition: Callable[[], bool], within: str = "4s") -> None:
     cell.run_until(condition, within=within)
 
 
 def _releases(cell: Cell, parts: int) -> list[int]:
     """Return the positions of axis 1 at which the hand has opened, for so many parts [pulses]."""
-    found, closed = [], cell.robot.read_port("DO(20)")
+    found: list[int] = []
+    closed = cell.robot.read_port("DO(20)")
     for _ in range(1000):
         if len(found) == parts:
             break
@@ -148,10 +149,10 @@ def test_the_robot_keeps_the_area_while_nobody_knows_where_it_is() -> None:
         cell["Main.CellSafe"] = True
         cell.run("300ms")
         cell["Main.Start"] = True
-        _until(cell, lambda: cell["Main.Belt"])
+        _until(cell, lambda: bool(cell["Main.Belt"]))
         cell["Main.Start"] = False
         cell["Main.PartAtEnd"] = True
-        _until(cell, lambda: cell["Main.Granted"])
+        _until(cell, lambda: bool(cell["Main.Granted"]))
         cell.inject("link_down")
         cell["Main.ChangeTray"] = True
         cell.run("2s")
@@ -165,7 +166,7 @@ def test_the_belt_stops_while_a_part_lies_at_its_end() -> None:
         cell["Main.CellSafe"] = True
         cell.run("300ms")
         cell["Main.Start"] = True
-        _until(cell, lambda: cell["Main.Belt"])
+        _until(cell, lambda: bool(cell["Main.Belt"]))
         cell["Main.PartAtEnd"] = True
         cell.run("100ms")
         assert not cell["Main.Belt"]
