@@ -110,7 +110,7 @@ class BridgeBench:
         self.plc.close()
 
     def __enter__(self) -> BridgeBench:
-        """It is ready."""
+        """Return the bench, which is ready."""
         return self
 
     def __exit__(self, *_: object) -> None:

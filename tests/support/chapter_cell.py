@@ -44,7 +44,7 @@ class ChapterCell:
         self.execute("AutoStart")
 
     def on(self, output: str) -> bool:
-        """A dedicated output `SO02`, as the PLC has read it."""
+        """Return whether a dedicated output such as `SO02` is ON, as the PLC has read it."""
         low, high = (int(str(self[f"InputArea[{at}]"])) for at in (32, 33))
         return bool((low | high << 8) & OUTPUTS[output])
 
@@ -108,7 +108,7 @@ class ChapterCell:
         return [alarm.number for alarm in self.robot.alarms.active]
 
     def steps(self, since_us: int) -> list[str]:
-        """What changed at the controller after a time, in its order: `SI01 ON`, `SO02 ON`.
+        """Return the changes of signals at the controller after a time: `SI01 ON`, `SO02 ON`.
 
         Outputs that change in the same controller cycle stand in one entry, inputs likewise.
         """

@@ -142,7 +142,7 @@ class ContractBench:
         self._prepare()
 
     def _prepare(self) -> None:
-        """Power up: SI(00) and SI(06) ON and settled, unless the block begins with one held."""
+        """Power up: SI(00) and SI(06) ON and settled, unless the block begins with a held input."""
         self._put("Main.Block.Timeout", f"T#{TIMEOUT_SCANS * SCAN_US // 1000}ms")
         if self.block in SCENARIOS:
             for name, value in SCENARIOS[self.block].inputs.items():
@@ -181,11 +181,11 @@ class ContractBench:
 
     @property
     def pins(self) -> Pins:
-        """The block's outputs."""
+        """Return the block's outputs."""
         return self._look()
 
     def _scan(self, execute: bool) -> Pins:
-        """One scan, judged."""
+        """Run one scan and check it."""
         if execute is not self._execute:
             self.program.write(self._pin, execute)
             self._execute = execute
@@ -208,7 +208,7 @@ class ContractBench:
         return pins
 
     def run(self, case: Case) -> None:
-        """One case: the disturbed run, the way back to rest, and the block works again.
+        """Run one case: the disturbed run, the recovery, then a normal run of the block.
 
         Raises:
             CaseFailure: with the case and the last scans.
@@ -247,7 +247,7 @@ class ContractBench:
         self._scan(False)
 
     def _expect(self, case: Case, pins: Pins) -> None:
-        """The end is known where nothing happens besides."""
+        """Check how the block ends in a case without an event."""
         if case.event is not NONE:
             return
         if case.signal:
@@ -310,7 +310,10 @@ def _told(so: bytes, si: bytes, execute: bool, pins: Pins) -> str:
 
 
 def _pins(program: Program, block: str) -> Callable[[], Pins]:
-    """What reads the outputs; FB_Status has no Busy, not all have the last three."""
+    """Return a function that reads the outputs.
+
+    FB_Status has no Busy; the last three are optional.
+    """
     names = ["Done" if block in library().edge else "Valid", "Error", "ErrorID", "Active"]
     there = list(takewhile(library().pins[block].__contains__, [*names, *_ALARM]))
     look = program.reader([f"Main.Block.{name}" for name in ("Busy", *there)[not _busy(block) :]])
@@ -349,7 +352,7 @@ def _subject(block: str) -> Subject:
 
 
 def cases(block: str) -> list[Case]:
-    """All cases of a block."""
+    """Return all cases of a block."""
     if block in library().level:
         return level_cases(LEVELS[block].answers[0])
     if block in _SEVERAL:

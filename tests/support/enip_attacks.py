@@ -52,7 +52,7 @@ class Report:
     grown_kib: int = 0
 
     def text(self) -> str:
-        """Three lines for a reader."""
+        """Return three lines for a reader."""
         kinds = ", ".join(f"{name} {number}" for name, number in sorted(self.attacks.items()))
         answers, replies = (
             ", ".join(f"0x{one:02X} {number}" for one, number in sorted(found.items()))
@@ -87,7 +87,7 @@ class Attacker:
         ]
 
     def attack(self) -> None:
-        """Do one attack, of a kind that is drawn."""
+        """Do one attack of a random kind."""
         weights = [weight for weight, _ in self._kinds]
         kind = self._draw.choices([one for _, one in self._kinds], weights)[0]
         self._report.attacks[kind.__name__.lstrip("_").replace("_", " ")] += 1
@@ -119,7 +119,7 @@ class Attacker:
         return made
 
     def _register(self, peer: socket.socket) -> int:
-        """A session handle; 0 where the adapter gives none."""
+        """Register a session and return its handle, or 0 if the adapter does not give one."""
         try:
             peer.sendall(frame(0x65, b"\x01\x00\x00\x00"))
             answer = _receive(peer, HEADER.size + 4)
@@ -137,7 +137,7 @@ class Attacker:
             self._take_answers(peer)
 
     def _pieces(self) -> None:
-        """Frames of nothing but noise, or good ones cut at any place."""
+        """Send frames of random bytes, or valid frames cut at a random place."""
         with self._connect() as peer:
             session = self._register(peer)
             data = b"".join(self._draw.choices(valid_frames(self._draw, session), k=4))
@@ -150,14 +150,14 @@ class Attacker:
             self._take_answers(peer)
 
     def _abandoned(self) -> None:
-        """A frame that is not whole, and a connection that is reset."""
+        """Send a part of a frame, then reset the connection."""
         with self._connect() as peer:
             peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             whole = self._draw.choice(valid_frames(self._draw, 1))
             self._send_all(peer, whole[: self._draw.randrange(len(whole) + 1)])
 
     def _oversized(self) -> None:
-        """A frame as long as the header can say, or one that says so and stops."""
+        """Send a frame of the largest possible length, or only its header."""
         with self._connect() as peer:
             session = self._register(peer)
             command = self._draw.choice((0x00, 0x04, 0x63, 0x65, 0x6F, 0x70, 0xFFFF))
@@ -166,7 +166,7 @@ class Attacker:
             self._take_answers(peer)
 
     def _never_closed(self) -> None:
-        """A connection that is kept, with or without a session."""
+        """Open a connection, with or without a session, and do not close it."""
         peer = self._connect()
         if self._draw.random() < 0.7:
             self._register(peer)
@@ -182,7 +182,7 @@ class Attacker:
                     peers.enter_context(self._connect())
 
     def _slowly(self) -> None:
-        """A frame sent byte by byte, between other attacks."""
+        """Send a frame byte by byte, between other attacks."""
         if len(self._slow) < 8:
             with suppress(_NotTakenError):
                 peer = self._connect()

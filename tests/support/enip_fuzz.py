@@ -60,7 +60,7 @@ class Bench:
     received: int = 0
 
     def target(self) -> Target:
-        """What an attacker can know of it."""
+        """Return what an attacker can know of the adapter."""
         connection = self.scanner.connection
         assert connection is not None
         host, port = self.adapter.address
@@ -68,7 +68,7 @@ class Bench:
         return Target((host, port), (host, self.adapter.io_port or IO_PORT), ids)
 
     def check(self) -> None:
-        """The peers that behave notice nothing, and nothing of the attacker's is in the model.
+        """Check that master and reader are undisturbed, and the model has no data of the attacker.
 
         Raises:
             AssertionError: it is not so.
@@ -92,7 +92,7 @@ class Bench:
 
 @contextmanager
 def bench() -> Iterator[Bench]:
-    """An adapter with a master that owns its outputs and a reader, both at work."""
+    """Start an adapter with a master that owns its outputs, and a reader."""
     with TemporaryDirectory() as folder, ExitStack() as stack:
         complaints = Path(folder) / "stderr"
         with _standard_error_into(complaints):

@@ -71,14 +71,14 @@ EXAMPLE_BLOCKS: dict[int, tuple[str, Pins]] = {
 
 
 def _to(*pins: str) -> Callable[[Any], Pins]:
-    """The value stands at this pin; several values one at each."""
+    """Return a function that maps a value to this pin, or several values to the pins in order."""
     if len(pins) > 1:
         return lambda values: dict(zip(pins, values, strict=True))
     return lambda value: {pins[0]: value}
 
 
 def _each(pairs: str) -> Meaning:
-    """`key=Pin`: the value of the key stands at that pin."""
+    """Return, for each `key=Pin`, a function that maps the value of the key to the pin."""
     return {key: _to(pin) for key, pin in (pair.split("=") for pair in pairs.split())}
 
 
@@ -247,12 +247,12 @@ _ANSWER_AT: dict[str, Meaning] = {
 
 
 def given_pins(name: str, given: Mapping[str, Any]) -> Pins:
-    """The inputs of a block for what an example orders; every key must have a meaning."""
+    """Return the inputs of a block for what an example orders; every key must have a meaning."""
     return _pins(given, _GIVEN_TO.get(name, {}), _GIVEN)
 
 
 def answer_pins(name: str, answer: Mapping[str, Any]) -> Pins:
-    """The outputs of a block for what an example answers; every key must have a meaning."""
+    """Return the outputs of a block for what an example answers; every key must have a meaning."""
     return _pins(answer, _ANSWER_AT.get(name, {}), _ANSWER)
 
 

@@ -31,7 +31,7 @@ _SAME_NAME = ("inching_amount", "auto_speed", "manual_speed", "program_speed")
 
 
 def example_config(state: Mapping[str, Any], **knobs: Any) -> RobotConfig:
-    """A configuration with all that a state has stored.
+    """Return a configuration with all that a state has stored.
 
     Args:
         state: Of an example.
@@ -56,7 +56,7 @@ def example_config(state: Mapping[str, Any], **knobs: Any) -> RobotConfig:
 
 
 def in_state(state: Mapping[str, Any], **knobs: Any) -> Master:
-    """A master whose controller is in that state: powered, servo on unless it says otherwise."""
+    """Return a master whose controller is in this state; by default powered and servo on."""
     config = example_config(state, **knobs)
     master = Master(**{name: getattr(config, name) for name in config.__dataclass_fields__})
     if state.get("motor_power") == "off":
@@ -70,7 +70,7 @@ def in_state(state: Mapping[str, Any], **knobs: Any) -> Master:
 
 
 def found(master: Master, effect: Mapping[str, Any]) -> dict[str, Any]:
-    """What is in the controller under the keys of `effect`, written as there."""
+    """Return the data in the controller under the keys of `effect`, in the notation of `effect`."""
     master.run(100)
     return {key: _FOUND[key](master.robot.machine, value) for key, value in effect.items()}
 

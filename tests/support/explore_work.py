@@ -44,11 +44,11 @@ class Numbers(World[Choice]):
         return b"0"
 
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """All."""
+        """Return all choices in every state."""
         return EVERY
 
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
-        """The next number."""
+        """Return the next number."""
         if self.deaths is not None and state == b"20" and (left := sorted(self.deaths.iterdir())):
             left[0].unlink()
             os.kill(os.getpid(), signal.SIGKILL)

@@ -21,7 +21,7 @@ class Meeting:
     folder: Path
 
     def __call__(self, item: int) -> int:
-        """The item, 0 or 1."""
+        """Return the item, 0 or 1."""
         ours, theirs = (self.folder / str(one) for one in (item, 1 - item))
         # Opening a FIFO waits for the other end.
         for fifo, mode in sorted([(ours, "w"), (theirs, "r")]):
@@ -37,7 +37,7 @@ class FirstWaits:
     fifo: Path
 
     def __call__(self, item: int) -> int:
-        """The item."""
+        """Return the item."""
         if item == 0:
             with self.fifo.open():
                 pass
@@ -57,7 +57,7 @@ class Counted:
         return self
 
     def __call__(self, item: int) -> int:
-        """The number of the process."""
+        """Return the number of the process."""
         return os.getpid()
 
 
@@ -77,7 +77,7 @@ class Killed:
 
 
 def refuse(item: int) -> int:
-    """The item, but for 2 and 5, which the user has got wrong, and 9, which is our mistake."""
+    """Return the item. 2 and 5 raise an error of the user; 9 raises an error of our own."""
     if item in (2, 5):
         raise InputError("no such pin", file="a.st", line=item, hint="name another")
     if item == 9:
@@ -86,7 +86,7 @@ def refuse(item: int) -> int:
 
 
 def process_number(item: int) -> int:
-    """Of whoever does it."""
+    """Return the process number of the worker."""
     return os.getpid()
 
 
@@ -96,7 +96,7 @@ def grandchild(item: int) -> int:
 
 
 def waits_with_a_folder(item: str) -> None:
-    """Makes a temporary folder in this one, says so on standard output, and waits for ever."""
+    """Create a temporary folder in this folder, print `begun`, and wait for ever."""
     with TemporaryDirectory(dir=item):
         os.write(1, b"begun\n")
         threading.Event().wait()

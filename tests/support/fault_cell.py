@@ -56,11 +56,11 @@ class Library:
     shared: Mapping[str, Mapping[str, str]]
 
     def declared(self, block: str) -> str:
-        """The declarations of what a program has to give it besides Robot."""
+        """Return declarations of the variables that a program passes to the block besides Robot."""
         return "".join(f"    {one} : {kind};\n" for one, kind in self._shared(block))
 
     def given(self, block: str) -> str:
-        """The arguments of its call."""
+        """Return the arguments of the block's call besides Robot."""
         return "".join([f", {one} := {one}" for one, _ in self._shared(block)])
 
     def _shared(self, block: str) -> Iterable[tuple[str, str]]:
@@ -69,7 +69,7 @@ class Library:
 
 @lru_cache(maxsize=1)
 def library() -> Library:
-    """The blocks of plc/lib that the contract is about."""
+    """Return the blocks of plc/lib to which the contract applies."""
     found = list(_blocks())
     pins = {name: frozenset(held) for name, held, _ in found}
     edge = {"Robot", "Execute", "Done", "Busy", "Error"}
@@ -82,7 +82,7 @@ def library() -> Library:
 
 
 def place(block: str, name: str) -> str:
-    """Where a value goes: to a variable that it shares (`Moves[1].Point`), or to a pin."""
+    """Return the path of a value: a variable that the block shares (`Moves[1].Point`), or a pin."""
     shared = library().shared.get(block, {})
     return name if name.partition("[")[0] in shared else f"Block.{name}"
 
@@ -112,7 +112,7 @@ def _blocks() -> Iterator[tuple[str, list[str], dict[str, str]]]:
 
 
 def _program(block: str, helpers: Sequence[str]) -> str:
-    """The program that calls `block` in every scan and the helpers while Helping is TRUE."""
+    """Return a program that calls `block` in every scan, and the helpers while Helping is TRUE."""
     held = "".join(f"    {name[3:]} : {name};\n" for name in helpers)
     calls = "".join(f"    {name[3:]}(Robot := Robot);\n" for name in helpers)
     return (
@@ -209,7 +209,7 @@ class FaultCell:
 
     @property
     def pins(self) -> Pins:
-        """The block's outputs."""
+        """Return the block's outputs."""
         found = iter(self._look())
         done, busy, error, number, active, aborted = (
             next(found) if there else 0 for _, there in self._outputs
@@ -227,7 +227,7 @@ class FaultCell:
 
     @property
     def status(self) -> int:
-        """The remote status as the PLC read it."""
+        """Return the remote status as the PLC read it."""
         return int.from_bytes(self._last.so[:2], "little")
 
     @property
@@ -237,11 +237,11 @@ class FaultCell:
 
     @property
     def code(self) -> int:
-        """The command code on the wire."""
+        """Return the command code on the wire."""
         return int.from_bytes(self._last.si[:2], "little")
 
     def wire(self) -> bytes:
-        """Code, status and dedicated signals: where these change, a sequence goes on."""
+        """Return code, status and dedicated signals. A change of them is a step of a sequence."""
         so, si = self._last.so, self._last.si
         return so[:2] + so[32:34] + si[:2] + si[32:34]
 
@@ -252,7 +252,7 @@ class FaultCell:
         )
 
     def scan(self) -> Pins:
-        """One scan; the block's outputs after it."""
+        """Run one scan, and return the block's outputs after it."""
         requested, code = self.requests, self.code
         self.cell.scan()
         pins = self.pins
@@ -307,7 +307,7 @@ class FaultCell:
 
 
 def _signals(wire: bytes) -> str:
-    """What `FaultCell.wire` gave, to be read: inputs and code, outputs and status."""
+    """Return a readable text for `FaultCell.wire`: inputs and code, outputs and status."""
 
     def listed(word: int) -> str:
         return ",".join(f"{k >> 3}{k & 7}" for k in range(16) if word >> k & 1)

@@ -94,7 +94,7 @@ class _Course(NamedTuple):
     pins: Pins
 
     def moments(self) -> list[int]:
-        """The scans around each change, and one in the middle of each wait."""
+        """Return the scans around each change, and one in the middle of each wait."""
         last = [0]
         found = {0, 1, self.ended, self.ended + 1}
         for scan in range(1, self.ended + 1):
@@ -139,7 +139,7 @@ class Rig:
         return [*self._at_each_scan(fault, every), *_thinned(shaped, _MOST_SHAPED, every)]
 
     def one_of_each(self) -> list[Case]:
-        """Return one case for each fault in the middle of the work, and for each bad answer."""
+        """Return one case for each fault in the middle of the work, and one for each bad answer."""
         middle = self._course(NORMAL).ended // 2
         faults = (fault for fault in FAULTS.values() if fault is not NONE)
         found = [Case(_BASIC[turn % 3], NORMAL, fault, middle) for turn, fault in enumerate(faults)]
@@ -276,7 +276,7 @@ class Rig:
             robot.force(signal, int(self._at_start[signal]))
 
     def _due(self, signal: str) -> int:
-        """In which scan of the undisturbed run the answer is there."""
+        """Return the scan in which the undisturbed run has the answer."""
         if signal not in self._answered:
             wires = self._course(NORMAL).wires
             scans = [k for k, wire in enumerate(wires) if self._is_answer(signal, wire)]
@@ -301,7 +301,7 @@ class Rig:
         return self._courses[answer]
 
     def _expect(self, case: Case, pins: Pins) -> None:
-        """Without a fault the end is known."""
+        """Check how a case without a fault ends."""
         if case.fault is not NONE:
             return
         if case.answer.fate in ("normal", "late") and not pins.done:
@@ -312,7 +312,7 @@ class Rig:
     # --- what must follow --------------------------------------------------------------------
 
     def _lets_go(self, case: Case) -> None:
-        """The outputs clear at once; requests and turn are given up, the cause still there."""
+        """Check that the outputs clear at once and the turn is free, while the fault remains."""
         cell = self.cell
         pins = cell.scan()
         if any(pins):
@@ -328,7 +328,7 @@ class Rig:
             self.cell.cell.robot.release(case.answer.signal)
 
     def _stays_quiet(self) -> None:
-        """The cell comes to rest, both turns are free, and nothing starts by itself."""
+        """Check that the cell comes to rest, both turns are free, and nothing starts by itself."""
         cell = self.cell
         there = "connection and CPU_OK"
         cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, there)
@@ -353,12 +353,15 @@ class Rig:
 
 
 def _thinned(cases: list[Case], most: int, every: bool) -> list[Case]:
-    """Every n-th of them, so that there are not more; n is no multiple of 3, the patterns."""
+    """Return every n-th case, so that at most about `most` remain.
+
+    n is not a multiple of 3, because the three patterns alternate.
+    """
     step = 1 if every else max(1, -(-len(cases) // most))
     return cases[:: step + (step > 1 and step % 3 == 0)]
 
 
 @cache
 def rig(block: str) -> Rig:
-    """The rig of a block, made once in each process."""
+    """Return the rig of a block, made once in each process."""
     return Rig(block)

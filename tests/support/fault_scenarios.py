@@ -42,7 +42,7 @@ class Scenario:
 
 
 def recover(cell: FaultCell) -> None:
-    """The documented way back, once the causes are removed: reset the alarm, then servo on."""
+    """Recover as documented once the causes are removed: alarm reset, then servo on."""
     cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, "CPU_OK")
     if cell["Robot.Inner.HoldEmergency"]:
         cell.help("FB_ServoOnFromEmergencyStop")
@@ -102,7 +102,7 @@ def _axes_at_zero(cell: FaultCell) -> None:
 
 
 def _acknowledged(cell: FaultCell) -> None:
-    """Recovered, and somebody has seen where the robot stands: only then it may ask again."""
+    """Recover, then set Acknowledge: the block may read again only after a person has looked."""
     recover(cell)
     cell["Block.Acknowledge"] = True
     cell.scan()

@@ -144,7 +144,7 @@ FAULTY = (
 
 
 def changed_example(folder: Path, example: str, changes: _Changes = ()) -> None:
-    """Write a program with changes into a folder, and what is demanded as campaign.toml.
+    """Write a program with changes into a folder, and its requirements as campaign.toml.
 
     They are cycles written by hand, without FB_WorkCycle and FB_Interlock.
 

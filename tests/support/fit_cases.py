@@ -61,14 +61,14 @@ CASES: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def recorded(description: str, values: Mapping[str, Any], seed: int = 7) -> Replay:
-    """Such a controller, exercised and recorded."""
+    """Return the recording of a controller with these values that was exercised."""
     master = RecordedMaster(seed, **DESCRIPTIONS[description], **values)
     exercised(master)
     return Replay(master.recording(), master.happenings)
 
 
 def judged(description: str, values: Mapping[str, Any]) -> tuple[Fit, list[str]]:
-    """What the search finds on such a recording, and what is wrong about that.
+    """Return the result of the search on such a recording, and what is wrong with it.
 
     A key is right where its value is the one that the robot had, where the recording shows the
     same with both, which is tried, or where it is a delay as long to a controller's cycle.

@@ -38,7 +38,7 @@ def end_by_stop(plc: PlcBench) -> None:
 
 
 def present(plc: PlcBench, what: str, there: bool) -> None:
-    """The link (`Connected`) or CPU_OK is there, or is lost."""
+    """Set or remove the link (`Connected`) or CPU_OK."""
     if what == "Connected":
         plc["Connected"] = there
     else:

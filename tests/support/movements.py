@@ -13,14 +13,14 @@ MM, PULSES = 0x8000, 0x4000
 
 
 def mover(**config: Any) -> Master:
-    """A master of a robot with its servos on."""
+    """Return a master of a robot with its servos on."""
     master = Master(**config)
     master.servo_on()
     return master
 
 
 def low_high(*values: int) -> tuple[int, ...]:
-    """Signed 32 bit values as words, the lower one first."""
+    """Return signed 32 bit values as words, the lower word first."""
     return tuple(word for value in values for word in (value & 0xFFFF, value >> 16 & 0xFFFF))
 
 

@@ -134,7 +134,7 @@ class PartBench:
         self.held = False
 
     def power_cycle(self) -> None:
-        """The controller is switched off and on."""
+        """Switch the controller off and on."""
         self.powered = False
         self._on = set()
         self._hand()
@@ -149,7 +149,7 @@ class PartBench:
         self.scan(40)
 
     def link_loss(self) -> None:
-        """The link is lost for a while; a command that is out is given up."""
+        """Lose the link for five scans; the command that was sent is abandoned."""
         self["Connected"] = False
         self.plc.answer(0)
         self.scan(5)

@@ -43,7 +43,7 @@ class PickBench(PlcBench):
             self[f"Pick.{name.replace('__', '.')}"] = value
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; what has come is answered in the next one."""
+        """Run scans; a command is answered in the scan after it."""
         for _ in range(count):
             super().scan()
             if self.words[0] and not self._busy:
@@ -73,7 +73,7 @@ class PickBench(PlcBench):
         self.answer(0x0200, [0, words[2], pattern] if words[0] == _DI else [])
 
     def start(self) -> None:
-        """A rising edge of Execute."""
+        """Give Execute a rising edge."""
         self["Pick.Execute"] = False
         self.scan(2)
         self["Pick.Execute"] = True

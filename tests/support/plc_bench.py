@@ -83,7 +83,7 @@ class PlcBench:
     def scan_until(
         self, condition: Callable[[], bool], *, most: int = 100, execute: str = ""
     ) -> int:
-        """Raise Execute of a block, if one is named, and scan until the condition holds.
+        """Raise Execute of the block, if a name is given, and scan until the condition holds.
 
         Returns:
             How many scans it took.
@@ -136,7 +136,7 @@ class PlcBench:
 
     @property
     def image(self) -> bytes:
-        """The whole output image."""
+        """Return the whole output image."""
         return self.program.read_bytes("Main.OutputArea")
 
     @property
@@ -147,7 +147,7 @@ class PlcBench:
 
     @property
     def inputs(self) -> list[str]:
-        """The dedicated inputs that are ON as written, such as `["SI00", "SI06"]`."""
+        """Return the dedicated inputs that are ON as written, such as `["SI00", "SI06"]`."""
         return [
             f"SI{byte}{bit}"
             for byte in (0, 1)

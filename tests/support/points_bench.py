@@ -79,7 +79,7 @@ class PointsBench(PlcBench):
         return _NORMAL, (0, number, *rest)
 
     def run(self, block: str, most: int = 800, **inputs: Any) -> int:
-        """A rising edge with these inputs, to the end; the ErrorID. Execute falls."""
+        """Start a block with these inputs, run it to its end, and return the ErrorID."""
         for name, value in inputs.items():
             self[f"{block}.{name}"] = value
         self[f"{block}.Execute"] = True
@@ -111,14 +111,14 @@ def _made(engine: str) -> PointsBench:
 
 
 def points_bench(engine: str) -> PointsBench:
-    """The bench at its start."""
+    """Return the bench at its start."""
     made = _made(engine)
     made.restart()
     return made
 
 
 def record(plc: PointsBench, first: int = 10, count: int = 4, missing: int = -1) -> None:
-    """Read points `first` on, whose axis 1 is their number, and let the controller forget them."""
+    """Back up points from `first`, whose axis 1 is their number; clear the controller's."""
     for number in range(first, first + count):
         if number != missing:
             plc.stored[0x100, number] = [1, 0, number, 0, *[0] * 10]

@@ -18,14 +18,14 @@ SECOND = RobotProgram("SECOND", steps=("SO(32)=1", "WAIT SI(21)=1", "SO(33)=1"),
 
 
 def program_master(*programs: RobotProgram, **config: Any) -> Master:
-    """A master, with SI(00) and SI(06) ON and these programs, else FIRST and SECOND."""
+    """Return a master with SI(00) and SI(06) ON and these programs, or FIRST and SECOND."""
     master = Master(programs=programs or (FIRST, SECOND), **config)
     master.power_up()
     return master
 
 
 def registered_master(task: int = 3, **config: Any) -> Master:
-    """Return a master with FIRST in task 1 and SECOND in another one."""
+    """Return a master with FIRST in task 1 and SECOND in another task."""
     master = program_master(**config)
     master.execute(*telegram(REGISTER, NUMBER, program=2, task=task, priority=32))
     return master
@@ -40,7 +40,7 @@ def text_words(text: str) -> tuple[int, ...]:
 def telegram(
     code: int, method: int, *, program: int = 0, task: int = 0, priority: int = 0, name: str = ""
 ) -> tuple[int, ...]:
-    """A command of category 5."""
+    """Return the words of a command of category 5."""
     words = (code, method, program, task, priority, 0)
     return (*words, *text_words(name)) if name else words
 
@@ -56,7 +56,7 @@ def lines(master: Master) -> list[int]:
 
 
 def info(master: Master, program: int) -> tuple[int, int, int, int]:
-    """Program, task, line and priority, as the program execution information tells them."""
+    """Return program, task, line and priority from the program execution information."""
     answer = master.execute(*telegram(INFO, NUMBER, program=program))
     assert answer[0] == 0x0200
     return answer[2], answer[3], answer[4], answer[5]

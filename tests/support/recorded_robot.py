@@ -37,7 +37,7 @@ class RecordedMaster(Master):
         self.robot.inject(event, **args)
 
     def ask(self, name: str, robot: int = 0, within_ms: float = 4000, **fields: FieldValue) -> None:
-        """One remote command, from the code to the ready status."""
+        """Send one remote command, and wait until the controller is ready again."""
         self.send(*_words(name, robot, **fields))
         self.wait_for_end(within_ms)
 
@@ -51,7 +51,7 @@ class RecordedMaster(Master):
         self.run(60)
 
     def recording(self) -> Recording:
-        """What was noted."""
+        """Return the recording of all cycles."""
         return of_cycles(self.cycles, every=True)
 
 
@@ -93,7 +93,7 @@ def busy_run(master: RecordedMaster) -> None:
 
 
 def exercised(master: RecordedMaster) -> None:
-    """All that follows, in turn."""
+    """Run all exercises of this module in turn."""
     master.run(400)
     _signals(master)
     _references(master)
@@ -286,7 +286,7 @@ def _programs(master: RecordedMaster) -> None:
 
 
 def _person(master: RecordedMaster) -> None:
-    """What takes a hand at the cell."""
+    """Do what needs a person at the cell."""
     _up(master)
     master.pulse("SI12", 120)
     master.happen("manual_mode")
@@ -365,7 +365,7 @@ def _power(master: RecordedMaster) -> None:
 
 
 def _words(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
-    """A telegram, also one that the manual forbids."""
+    """Return the words of a command; values that the manual forbids are possible."""
     entry = command(name)
     words = [0] * 16
     for part in entry.request:
@@ -375,7 +375,7 @@ def _words(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
 
 
 def noted(values: Mapping[str, Any], seed: int = 0) -> RecordedMaster:
-    """A controller with these keys, exercised."""
+    """Return the master of a controller with these values, after the exercises."""
     master = RecordedMaster(seed, **values)
     exercised(master)
     return master

@@ -68,7 +68,7 @@ class Master:
         self.run(10)
 
     def on(self, name: str) -> bool:
-        """A dedicated output."""
+        """Return whether a dedicated output is ON."""
         return bool((self.so[32] | self.so[33] << 8) & OUTPUTS[name])
 
     def send(self, *words: int) -> None:
@@ -120,7 +120,7 @@ class Master:
 
 
 def powered_up(**config: Any) -> Master:
-    """The master of a robot with these properties, after `power_up`."""
+    """Return the master of a robot with these properties, after `power_up`."""
     master = Master(**config)
     master.power_up()
     return master

@@ -66,7 +66,7 @@ def _start() -> tuple[Master, object]:
 
 
 def run_trip(trip: Trip) -> object:
-    """What is found at the end of the steps; from the same state each time."""
+    """Run the steps of a trip from the same initial state, and return what it reads at the end."""
     master, snapshot = _start()
     master.robot.restore(snapshot)
     shown: Words = ()
@@ -88,12 +88,12 @@ def answer(*words: int) -> Words:
 
 
 def at(*positions: int) -> Words:
-    """A current position."""
+    """Return the answer with a current position."""
     return answer(0, 0, *long_words(*positions))
 
 
 def at_mm(*positions: int) -> Words:
-    """A current position in 0.001 mm; bit 0 of m+6 is as in the printed example."""
+    """Return the answer with a position in 0.001 mm; bit 0 of m+6 is as in the printed example."""
     return answer(0, 1, *long_words(*positions))
 
 

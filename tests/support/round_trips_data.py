@@ -38,12 +38,12 @@ def _serious(master: Master) -> bool:
 
 
 def _ways(master: Master) -> list[bool]:
-    """Which axes have an accumulated moving distance."""
+    """Return which axes have an accumulated moving distance."""
     return [way > 0 for way in master.robot.machine.data.accumulated.distances]
 
 
 def _counts(master: Master) -> tuple[int, int]:
-    """How often power and motor power were switched ON."""
+    """Return how often power and motor power were switched ON."""
     data = master.robot.machine.data.accumulated
     return data.power_on_count, data.motor_power_on_count
 

@@ -87,7 +87,7 @@ def _moves() -> list[Trip]:
 
 
 def _axes() -> list[Trip]:
-    """What concerns axes and servos, speeds and designations (4.2.8 to 4.2.22)."""
+    """Return the trips for axes and servos, speeds and designations (4.2.8 to 4.2.22)."""
     trips: list[Trip] = [
         *(
             Trip(code, ((0x027, 0, amount), (0x514,)), answer(amount))

@@ -22,7 +22,7 @@ ON_BOTH = pytest.mark.parametrize("engine", ENGINES)
 
 @cache
 def scara(name: str, engine: str) -> Alone:
-    """The block alone, kept for all tests."""
+    """Return the block alone, made once for all tests."""
     return Alone(f"FB_Scara{name}", {}, engine)
 
 

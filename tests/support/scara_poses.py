@@ -78,11 +78,11 @@ class Pose:
         return tuple(zero + by for zero, by in zip(own, self.away, strict=True))
 
     def frame(self, *, left: bool = False) -> Frame:
-        """The controller's coordinates, as `rcx_harness.robot.arm` makes them."""
+        """Return the controller's coordinates, as `rcx_harness.robot.arm` makes them."""
         return _frame(self.model, self.hand, self.on_r, self.shift, self.zeros, left)
 
     def arm(self) -> dict[str, Any]:
-        """The fields of RCX_SCARA."""
+        """Return the fields of RCX_SCARA."""
         axes = _axes(self.model)
         arm1, arm2 = robot_models()[self.model].arms
         data1, data2, data3 = self.hand
@@ -151,7 +151,7 @@ def _frame(
 
 
 def poses(chance: random.Random, each: int) -> Iterator[Pose]:
-    """So many of each SCARA robot; with every tenth one come another hand, shift and zeros."""
+    """Return `each` poses of every SCARA; every tenth pose has a new hand, shift and zeros."""
     for name, model in robot_models().items():
         if not model.scara:
             continue
@@ -179,7 +179,7 @@ def poses(chance: random.Random, each: int) -> Iterator[Pose]:
 
 
 def compare(some: Iterable[Pose], engine: str = "auto") -> Worst:
-    """The largest differences of these poses.
+    """Return the largest differences of these poses.
 
     Args:
         some: Poses; those of one robot with one hand should stand together.
@@ -226,7 +226,7 @@ def _note(
     asked: Sequence[float],
     pulses: Sequence[int],
 ) -> None:
-    """What differs: `found` was made of what is exactly at `place`, `pulses` of `asked`."""
+    """Note the differences: `found` belongs to the exact `place`, `pulses` to `asked`."""
     worst.poses += 1
     apart = max(abs(a - b / 1000) for a, b in zip(found[:3], place[:3], strict=True))
     worst.place = max(worst.place, apart)
@@ -243,5 +243,5 @@ def _note(
 
 
 def _real(value: float) -> float:
-    """What a REAL makes of it: near 8000 degrees it is up to 0.00024 from what was asked for."""
+    """Return the number as a REAL: near 8000 degrees it differs by up to 0.00024."""
     return float(struct.unpack("f", struct.pack("f", value))[0])

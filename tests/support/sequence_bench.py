@@ -13,7 +13,7 @@ def sequences() -> PlcBench:
 
 
 def servo_on() -> PlcBench:
-    """As `sequences`, the servos on and the program reset."""
+    """Return the bench of `sequences` with the servos on and the program reset."""
     plc = sequences()
     plc.outputs(SO02=True, SO14=True)
     plc.scan()
@@ -47,6 +47,6 @@ def program_stopped() -> PlcBench:
 
 
 def pins(plc: PlcBench, block: str) -> str:
-    """The contract's outputs that are TRUE, as in `Busy Active`."""
+    """Return those of the outputs Done, Busy, Active, Error that are TRUE, as in `Busy Active`."""
     names = ("Done", "Busy", "Active", "Error")
     return " ".join(name for name in names if plc[f"{block}.{name}"])

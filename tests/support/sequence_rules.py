@@ -346,7 +346,7 @@ class _PowerUp(_Staged):
 
 
 def missing(view: View) -> str:
-    """The first thing that is missing for a program start; a hold counts from its scan on."""
+    """Return the first missing condition of a program start. A hold counts from its first scan."""
     so = view.so
     conditions = (
         (not view.connected, "CONNECTION"),

@@ -12,7 +12,7 @@ _IN_16 = ("ErrorID", "AlarmGroup", "AlarmCategory", "Applied", "holder")
 
 
 def written(one: Value, name: str = "") -> str:
-    """A value as the manual and docs/reference/errors.md write it: words in 16#."""
+    """Return a value as the manual and docs/reference/errors.md write it: words in 16#."""
     is_word = name in _IN_16 or name.startswith("word ")
     return f"16#{one:04X}" if is_word or (_is_word(one) and one > 0xFF) else repr(one)
 

@@ -9,7 +9,7 @@ from robot_master import Master
 
 
 def ready(**config: Any) -> Master:
-    """A master with a controller that takes commands; no points unless given."""
+    """Return a master whose controller is ready for commands; by default it has no points."""
     master = Master(**{"points": {}, **config})
     master.power_up()
     return master
@@ -21,7 +21,7 @@ def long_words(*values: int) -> tuple[int, ...]:
 
 
 def real_words(value: float) -> tuple[int, ...]:
-    """A single-precision number, lower word first."""
+    """Return a single-precision number as two words, the lower one first."""
     return struct.unpack("<2H", struct.pack("<f", value))
 
 

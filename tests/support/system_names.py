@@ -37,7 +37,7 @@ _ASKS = ("getattr", "hasattr")
 
 @cache
 def names_of(module: str, system: str) -> frozenset[str]:
-    """What a module of the standard library has on a system; empty where there is no such module.
+    """Return the names of a standard library module on a system; none if the module is missing.
 
     Members of its classes are `Class.member`.
     """
@@ -81,13 +81,13 @@ def _holds(test: ast.expr, system: str) -> bool:
 
 
 def of_some(module: str) -> frozenset[str]:
-    """The names of a module that one of the systems lacks."""
+    """Return the names of a module that at least one of the systems lacks."""
     every = [names_of(module, system) for system in SYSTEMS]
     return frozenset.union(*every) - frozenset.intersection(*every)
 
 
 def hidden_on(module: str, system: str) -> frozenset[str]:
-    """The names of a module that this system lacks, and Linux has."""
+    """Return the names of a module that Linux has and this system lacks."""
     return names_of(module, "linux") - names_of(module, system)
 
 
@@ -98,7 +98,7 @@ def absent_on(system: str) -> set[str]:
 
 
 def members_of_some(modules: frozenset[str]) -> frozenset[str]:
-    """Members of classes of these modules that one of the systems lacks, by their own names."""
+    """Return members of classes of these modules that a system lacks, without the class name."""
     found = set(_LOOP)
     for module in modules | {f"_{one}" for one in modules}:  # what is in C is declared there
         for name in of_some(module):
@@ -109,7 +109,7 @@ def members_of_some(modules: frozenset[str]) -> frozenset[str]:
 
 
 def used(text: str) -> set[str]:
-    """What a module's source uses that one of the systems lacks.
+    """Return what a module's source uses that one of the systems lacks.
 
     Also as text for `getattr`, and what is asked of a module by a name that is not written there.
     """

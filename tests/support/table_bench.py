@@ -68,7 +68,7 @@ def sent(plc: PlcBench, most: int = 12) -> list[int]:
 
 
 def end(plc: PlcBench, status: int = 0x0200, response: tuple[int, ...] = ()) -> None:
-    """The controller ends the command; after its reset it is ready."""
+    """End the command with a status; after its reset the controller is ready."""
     plc.answer(status, response)
     plc.scan()
     assert plc.words[0] == 0

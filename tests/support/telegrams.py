@@ -45,7 +45,7 @@ def legal(command: Command, chance: random.Random) -> dict[str, FieldValue]:
 
 
 def illegal_fields(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Telegrams in which one field has a value that it must not have, each with what is wrong."""
+    """Return telegrams in which one field has an illegal value, each with the reason."""
     for part in command.request:
         for selector in part.ranges or (None,):
             values = legal(command, random.Random(f"{command.code} {part.name} {selector}"))
@@ -62,7 +62,7 @@ def illegal_fields(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
 
 
 def stray_bits(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Telegrams with one bit set that is fixed 0, or in a word that is not used."""
+    """Return telegrams in which one bit is set that must be 0 or belongs to an unused word."""
     covered = [0] * 16
     for part in command.request:
         for k in part.words:
@@ -92,7 +92,7 @@ def illegal_pairs(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
 
 
 def words_of(command: Command, values: Mapping[str, Any]) -> tuple[int, ...]:
-    """The 16 words of these values, whether legal or not; the code without a robot."""
+    """Return the 16 words of these values, which may be illegal; the code has no robot number."""
     words = [command.code] + [0] * 15
     for part in command.request:
         _store(words, part, values[part.name])
@@ -187,7 +187,7 @@ def _wrong(part: Field, selector: int | None) -> Iterator[FieldValue]:
 
 
 def _near(numbers: Any, low: int, high: int) -> list[int]:
-    """What lies beside the numbers, and the ends of what the field can carry."""
+    """Return the neighbours of the numbers, and the limits of what the field can hold."""
     near = {number + way for number in numbers for way in (-1, 1)} | {low, high}
     return sorted(number for number in near if low <= number <= high)
 

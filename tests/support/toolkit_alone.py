@@ -18,5 +18,5 @@ class _Nothing(MetaPathFinder):
 
 
 def toolkit_alone() -> None:
-    """From now on rcx_harness and rcx_tools cannot be imported in this process."""
+    """Make all later imports of rcx_harness and rcx_tools in this process fail."""
     sys.meta_path.insert(0, _Nothing())
