@@ -147,13 +147,13 @@ def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str]
 
 @pytest.fixture
 def repository() -> Path:
-    """The folder of the repository."""
+    """Return the folder of the repository."""
     return REPOSITORY
 
 
 @pytest.fixture(scope="session")
 def matiec() -> Matiec:
-    """The installed matiec; tests that need it are skipped where there is none."""
+    """Return the installed matiec, or skip the test if it is missing."""
     from structured_text.engines.matiec.build import MISSING, find_matiec
     from structured_text.engines.native.toolchain import find_c_compiler
 

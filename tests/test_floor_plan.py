@@ -45,21 +45,21 @@ _CPPPO = re.compile("cpppo", re.IGNORECASE)
 
 @pytest.fixture(scope="module")
 def graph() -> Graph:
-    """Who imports whom in all packages."""
+    """Return the imports between the modules of all packages."""
     harness = Path(__file__).parents[1] / "harness"
     return imports(*(harness / house for house in HOUSES))
 
 
 @pytest.fixture(scope="module", params=PLANS)
 def house(request: pytest.FixtureRequest) -> str:
-    """One of the packages of the wheel."""
+    """Return one of the packages of the wheel."""
     package: str = request.param
     return package
 
 
 @pytest.fixture(scope="module")
 def rooms(graph: Graph, house: str) -> Graph:
-    """Which rooms of a package each of them imports."""
+    """Return the imports between the rooms of a package."""
     within = f"{house}."
     return room_graph(
         {

@@ -18,7 +18,7 @@ _INTERVAL_SCANS = 12
 def _bench(
     twin: str, *, other: bool = False, m: int = 0, n: int = 0, contract: bool = True
 ) -> PlcBench:
-    """Each area block is called again while ReadTwice, WriteTwice; also by another instance."""
+    """Return a bench whose area blocks are called again, also by a second instance."""
     image = "RCX_IMAGE_WORDS" if twin else "RCX_IMAGE"
     copied = "" if not twin else _COPY
     read, write = ("ReadOther", "WriteOther") if other else ("ReadArea", "WriteArea")

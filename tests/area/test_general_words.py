@@ -20,7 +20,7 @@ def _up(size: int = 48, m: int = 0, n: int = 0) -> AreasBench:
 
 
 def _show(plc: AreasBench, number: int, *words: int) -> None:
-    """The robot program writes SOW(number) and those after it."""
+    """Let the robot program write SOW(number) and the words after it."""
     for k, word in enumerate(words, start=number):
         plc.so[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
 

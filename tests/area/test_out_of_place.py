@@ -29,7 +29,7 @@ _CALLS = """Halt(Robot := Robot); Release(Robot := Robot); Stop(Robot := Robot);
 
 @cache
 def _compiled(words: str) -> PlcBench:
-    """A program with stops, releases and a few more, called at the places that are TRUE."""
+    """Compile a program whose blocks are called at the places whose variables are TRUE."""
     image = "RCX_IMAGE_WORDS" if words else "RCX_IMAGE"
     panel = "Keys(Robot := Robot, Panel := Panel);"
     return PlcBench(
@@ -75,7 +75,7 @@ END_PROGRAM
 
 
 def _first(words: str = "") -> PlcBench:
-    """Before the first scan."""
+    """Return the bench in its state before the first scan."""
     plc = _compiled(words)
     if not hasattr(plc, "first"):
         plc.first = plc.program.snapshot()  # type: ignore[attr-defined]
@@ -298,7 +298,7 @@ END_PROGRAM
 
 @pytest.fixture
 def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str, int], Cell]:
-    """A cell that has tried a relative movement of 10 mm at a place."""
+    """Return a function that builds a cell and tries a relative movement of 10 mm at a place."""
 
     def tried(engine: str, skip: str, place: int) -> Cell:
         program = tmp_path / "Places.st"

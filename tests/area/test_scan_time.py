@@ -30,7 +30,7 @@ END_CONFIGURATION
 
 
 def _counted(engine: str, gaps_us: Sequence[int]) -> tuple[list[int], int]:
-    """What each scan counts, with so much time before each but the first, and the sum."""
+    """Return the count of each scan for these times between scans, and the sum."""
     program = compiled(_PROGRAM, engine)
     counted = []
     for now_us in accumulate(gaps_us, initial=5_000_000):

@@ -255,7 +255,7 @@ def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
 
 
 def wait_for(running: Running, wanted: State) -> tuple[float, State, str]:
-    """The next news of that state."""
+    """Return the next report of this state."""
     while True:
         news = running.news.get(timeout=60)
         assert news is not None, "it has ended"

@@ -49,7 +49,7 @@ class Scene:
         self.bridge = Bridge(len(self.area), self.limits)
 
     def go(self, times: int = 1, after_us: int = _PERIOD_US) -> Actions:
-        """Some exchanges, `after_us` after one another."""
+        """Run some exchanges, `after_us` apart."""
         for _ in range(times):
             self.now_us += after_us
             self.beat = (self.beat + self.beats) & 0xFFFF
@@ -61,7 +61,7 @@ class Scene:
         return self.last
 
     def assert_safe(self) -> None:
-        """Nothing reaches either side."""
+        """Check that no data reach either side."""
         assert self.last.to_robot == _ZERO
         assert self.last.to_plc == (0,) * 24
         assert self.last.life == 0

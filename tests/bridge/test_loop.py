@@ -29,16 +29,16 @@ class Room(PlcLink):
     words: list[int] = field(default_factory=lambda: [0] * 25)
 
     def clock(self) -> int:
-        """The room's time [us]."""
+        """Return the room's time [us]."""
         return self.now_us
 
     def connect(self) -> None:
-        """There is a connection from now on."""
+        """Connect this side."""
         self._do("connect")
         self.connected = True
 
     def read(self) -> tuple[int, ...]:
-        """The words, with the next heartbeat."""
+        """Return the words with the next heartbeat."""
         self._do("read")
         self.words[24] += 1
         return tuple(self.words)
@@ -55,7 +55,7 @@ class Room(PlcLink):
             raise PlcError(f"{what} failed")
 
     def names(self) -> list[str]:
-        """What has been done since the last look."""
+        """Return what has been done since the last call."""
         names = [name for name, _ in self.done]
         self.done.clear()
         return names
@@ -71,7 +71,7 @@ class Robot(RobotLink):
         self.image = b""
 
     def read(self) -> bytes | Lost:
-        """Its area, while it is there."""
+        """Return the area, or Lost if the robot is not connected."""
         return _ANSWERS if self.there else Lost("cut")
 
     def write(self, image: bytes, valid_us: int | None) -> None:

@@ -33,7 +33,7 @@ class OpenPlc:
         self._to = {k: words[f"%QW{k}"] for k in range(25)}
 
     def scan(self, now_us: int, holds: dict[int, int]) -> None:
-        """One scan between two Modbus requests."""
+        """Run one scan between two Modbus requests."""
         for k, path in self._from.items():
             self.program.write(path, holds.get(_FIRST_MEMORY + k, 0))
         self.program.scan(now_us)
@@ -42,7 +42,7 @@ class OpenPlc:
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[tuple[Program, object]]:
-    """The example and its state before the first scan."""
+    """Return the example and its state before the first scan."""
     program = build(source_files(sorted(_EXAMPLE.glob("*.st")), None).all, "builtin").program
     yield program, program.snapshot()
     program.close()
@@ -65,7 +65,7 @@ def bench(plc: OpenPlc) -> Iterator[BridgeBench]:
 
 
 def power_up(bench: BridgeBench, plc: OpenPlc) -> None:
-    """Press the button; go on when the servos are on and SI(01) is withdrawn again."""
+    """Press the button, and wait until the servos are on and SI(01) is withdrawn."""
     plc.program.write("Main.Start", True)
     bench.step(5)
     plc.program.write("Main.Start", False)

@@ -23,7 +23,7 @@ def server() -> Iterator[ModbusPlc]:
 
 @pytest.fixture
 def plc(server: ModbusPlc) -> ModbusPlc:
-    """The server with nothing in its registers."""
+    """Return the server with empty registers."""
     server.holds.clear()
     server.requests.clear()
     server.refuses, server.deaf = None, False

@@ -28,7 +28,7 @@ class Network:
         self.link = RobotLink("robot", 48, self.connect)
 
     def connect(self) -> FakeScanner:
-        """The next one; without one there is no robot."""
+        """Return the next scanner; if none is left, no robot answers."""
         if not self.scanners:
             raise EnipError("nobody there")
         return self.scanners.pop(0)

@@ -10,7 +10,7 @@ Seen = list[tuple[int, str]]
 
 
 def noted(seen: Seen, name: str) -> Action:
-    """An event that notes its time."""
+    """Return an event that notes its time."""
     return lambda now_us: seen.append((now_us, name))
 
 

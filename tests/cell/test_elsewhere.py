@@ -82,7 +82,7 @@ def far(build_cell: Build, adapter: Adapter, program: Path, told: Told) -> Build
 
 
 def _echoes(cell: Cell, adapter: Adapter, value: int) -> None:
-    """The byte goes from the controller into the program and back."""
+    """Send a byte from the controller into the program and back."""
     adapter.write_to_master(bytes(45) + bytes([value]) + bytes(2))
     cell.run_until(lambda: cell["Main.InputArea"][45] == value, within=_WITHIN)
     cell.run_until(lambda: adapter.read_to_robot()[45] == value, within=_WITHIN)

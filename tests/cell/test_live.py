@@ -85,7 +85,7 @@ def test_a_standstill_causes_no_burst(agenda: RealTimeAgenda, clock: Clock) -> N
 
 @pytest.fixture
 def links(monkeypatch: pytest.MonkeyPatch) -> list[RealTimeLink]:
-    """The links that are made."""
+    """Return a list of the links that are made during the test."""
     made: list[RealTimeLink] = []
 
     class Recorded(RealTimeLink):
@@ -99,7 +99,7 @@ def links(monkeypatch: pytest.MonkeyPatch) -> list[RealTimeLink]:
 
 @pytest.fixture
 def cell(build_cell: Build, repository: Path) -> Cell:
-    """The demo's program and robot, the cell closed; the link is lost after 128 times 5 ms."""
+    """Return the demo's cell. The link is lost after 128 times 5 ms without a packet."""
     demo = repository.joinpath(*DEMO)
     cell = build_cell(
         demo, robot=demo / "robot.toml", link="enip-realtime", rpi="5ms", timeout="640ms"
@@ -151,7 +151,7 @@ def test_the_command_line_runs_it_for_a_given_time(
 
 
 def rises(areas: list[tuple[bytes, bytes]]) -> list[str]:
-    """Chosen dedicated bits in the order of their rising edges.
+    """Return chosen dedicated bits in the order of their rising edges.
 
     Args:
         areas: The controller's outputs and inputs, one pair after the other.

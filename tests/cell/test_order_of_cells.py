@@ -94,14 +94,14 @@ _ACTS: dict[str, Callable[[Cell], None]] = {
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program and the robot that `rcx new` writes."""
+    """Return the folder with the program and the robot that `rcx new` writes."""
     folder = tmp_path_factory.mktemp("rcx") / "cell"
     new_project(folder)
     return folder
 
 
 def _run(project: Path, act: str, engine: str) -> tuple[object, ...]:
-    """All that can be seen of a run."""
+    """Return everything that can be observed of a run."""
     with Cell.build(
         sorted(project.glob("plc/*.st")), robot=project / "robot.toml", engine=engine,
         watch=_WATCH, positions="pulses",
@@ -112,7 +112,7 @@ def _run(project: Path, act: str, engine: str) -> tuple[object, ...]:
 
 
 def _alone(project: Path, act: str, engine: str) -> str:
-    """The same in a process of its own."""
+    """Return the same result from a process of its own."""
     here = Path(__file__)
     code = (
         f"import sys; sys.path.insert(0, {os.fspath(here.parent)!r}); "
@@ -127,7 +127,7 @@ def _alone(project: Path, act: str, engine: str) -> str:
 
 
 def _orders() -> list[Sequence[str]]:
-    """In reverse, and at random."""
+    """Return the reverse order and a random order."""
     return [list(reversed(_ACTS)), random.Random(1).sample(list(_ACTS), len(_ACTS))]
 
 

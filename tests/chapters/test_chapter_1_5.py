@@ -16,7 +16,7 @@ NO_LINK = 0x8001
 
 
 def _never_connected(start: Start, **config: object) -> ChapterCell:
-    """The cable is out from power-on on."""
+    """Return a cell whose cable was unplugged before power-on."""
     cell = start(**config)
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -24,7 +24,7 @@ def _never_connected(start: Start, **config: object) -> ChapterCell:
 
 
 def _lost(start: Start, **config: object) -> ChapterCell:
-    """A program is running, then the cable is pulled."""
+    """Return a cell whose cable was unplugged while a program ran."""
     cell = start(**config).program()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -32,7 +32,7 @@ def _lost(start: Start, **config: object) -> ChapterCell:
 
 
 def _restored(cell: ChapterCell, *events: str) -> ChapterCell:
-    """These events happen, then the cable is in again."""
+    """Inject these events, then plug the cable in again."""
     for event in (*events, "link_up"):
         cell.cell.inject(event)
     cell.run("1s")

@@ -12,7 +12,7 @@ Start = Callable[..., ChapterCell]
 
 
 def _move_to_19(cell: ChapterCell) -> None:
-    """With 50 % of the speed."""
+    """Move to point 19 with 50 % of the speed."""
     cell["Command.Code"], cell["Data[1]"], cell["Data[3]"], cell["Data[4]"] = 1, 4, 50, 19
     assert cell.execute("Command") == 0
 

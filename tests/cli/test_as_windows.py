@@ -31,7 +31,7 @@ _RUN = ("--robot", "cell/robot.toml", "--stimulus", "cell/stimulus.toml", "--for
 
 @pytest.fixture(scope="module")
 def windows(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """The environment of such processes."""
+    """Return the environment of a process that behaves as on Windows."""
     return as_windows(tmp_path_factory.mktemp("windows"))
 
 

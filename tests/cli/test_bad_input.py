@@ -24,7 +24,7 @@ _LOOP = "Too many levels of symbolic links"
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder: `loop` is a link that leads to itself by way of another."""
+    """Return the current folder; it contains `loop`, a link that leads back to itself."""
     monkeypatch.chdir(tmp_path)
     os.symlink("there", "loop")
     os.symlink("loop", "there")

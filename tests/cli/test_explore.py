@@ -280,7 +280,7 @@ def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body
 
 @pytest.fixture
 def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The numbers of the items that go to the workers, which begin at once."""
+    """Return a list of the numbers of the items that go to the workers."""
     numbers: list[int] = []
     give = LocalCrew.give
 

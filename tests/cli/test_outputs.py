@@ -32,7 +32,7 @@ def _run(repository: Path, tmp_path: Path, *options: str) -> list[str]:
 
 
 def _limit() -> None:
-    """Limit each file to 1,000 bytes, which stands for the full disk."""
+    """Limit each file to 1,000 bytes, which simulates a full disk."""
     resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, 1_000))
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 

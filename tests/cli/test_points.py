@@ -21,7 +21,7 @@ Robot = Callable[..., StationLine]
 
 @pytest.fixture
 def robot(monkeypatch: pytest.MonkeyPatch) -> Robot:
-    """A controller in place of the network, with these keys."""
+    """Replace the network by a controller with these keys."""
 
     def made(config: RobotConfig | None = None) -> StationLine:
         line = StationLine(config or RobotConfig())

@@ -34,7 +34,7 @@ _HEAVY |= {"aiohttp", "pymodbus", "pydantic", "http.server"}
 
 
 def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
-    """What each of the commands imports besides what those before it have."""
+    """Return for each command the modules that it imports and the commands before it did not."""
     done = subprocess.run([sys.executable, "-c", _RUN, json.dumps(commands)], capture_output=True,
                           text=True, check=True, env={**os.environ, **environment})  # fmt: skip
     report = json.loads(done.stdout)
@@ -47,14 +47,14 @@ _MEASURES = ("coverage", "mutants", "prove", "explore", "debug", "farm")
 
 
 def _loaded(*modules: str) -> set[str]:
-    """What a process has that imports these modules."""
+    """Return the modules in a process that imports these modules."""
     code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)
     return set(done.stdout.decode().split())
 
 
 def _below(modules: set[str], *names: str) -> set[str]:
-    """Return the modules that are one of the packages, or are in one."""
+    """Return those modules that are one of the packages, or are inside one."""
     return {one for one in modules if any(f"{one}.".startswith(f"{name}.") for name in names)}
 
 

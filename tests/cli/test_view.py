@@ -25,7 +25,7 @@ _LINES = _HEAD + _FIRST + f'{{"t_us":10000,"scan":1,"so":"{_AREA}","si":"{_ON}"}
 
 @pytest.fixture
 def trace(tmp_path: Path) -> Path:
-    """SI(00) and SI(06) go ON at 10 ms."""
+    """Return a trace in which SI(00) and SI(06) go ON at 10 ms."""
     file = tmp_path / "run.jsonl"
     file.write_text(_LINES, encoding="utf-8")
     return file

@@ -66,12 +66,12 @@ def reading(name: str) -> Reading:
 
 @pytest.fixture
 def chance(name: str) -> random.Random:
-    """The same numbers in every run."""
+    """Return a generator with the same numbers in every run."""
     return random.Random(name)
 
 
 def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
-    """The request's fields; every bit besides them must be 0.
+    """Return the request's fields; all other bits must be 0.
 
     A text comes with the spaces that fill it, which is "" for words of 0.
     """
@@ -90,7 +90,7 @@ def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
 
 
 def _expected(reading: Reading, pins: Pins) -> dict[str, FieldValue]:
-    """The fields that the pins mean, a text that counts filled with spaces."""
+    """Return the fields that the pins mean; a text is padded with spaces."""
     fields = reading.fields(pins)
     for pin in reading.block.inputs:
         if pin.type == "STRING" and (not pin.when or fields[pin.when[0]] == pin.when[1]):
@@ -341,7 +341,7 @@ def test_an_edge_right_after_the_end_is_shown_is_taken(
 
 
 def _held(plc: CommandBench) -> Pins:
-    """What a block keeps from the edge on, and what it has given its job."""
+    """Return the values that a block saves at the edge or passes to its job."""
     kind = plc.program.type_of(f"Main.{plc.instance}")
     assert isinstance(kind, BlockType)
     own = [one.name for one in kind.variables if one.section == "VAR"]

@@ -32,7 +32,7 @@ def _levels() -> CommandBench:
 
 
 def _bench(block: Pins) -> CommandBench:
-    """The bench as at the start, all pins at their defaults."""
+    """Return the bench in its initial state, with all pins at their defaults."""
     if not block.level:
         return bench_of(block.name, "builtin")
     bench = _levels()
@@ -48,7 +48,7 @@ def _start(block: Pins, bench: CommandBench, pins: dict[str, Value]) -> None:
 
 
 def _sent(block: Pins, pins: dict[str, Value], robot: int = 0) -> str:
-    """What is wrong with the telegram that goes out with these pins; empty if nothing."""
+    """Return what is wrong with the telegram for these pins; empty if nothing is."""
     expected = block.telegram(pins, robot)
     illegal = READINGS[expected[0] & 0xFFF].problem(expected)
     bench = _bench(block)
@@ -145,7 +145,7 @@ def test_each_answer_is_shown_as_the_manual_has_it(block: Pins) -> None:
 
 
 def _shown(block: Pins, pins: dict[str, Value], response: list[int]) -> Iterator[str]:
-    """What outputs show otherwise than the reading has it."""
+    """Return the outputs whose values differ from the reading."""
     bench = _bench(block)
     _start(block, bench, pins)
     assert not bench.pin("Error"), f"{block}: 16#{bench.pin('ErrorID'):04X}"

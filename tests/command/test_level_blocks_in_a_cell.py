@@ -12,7 +12,7 @@ PROGRAM = ROOT / "tests/data/library/Levels.st"
 
 @pytest.fixture
 def cell() -> Cell:
-    """A robot with its servos on, SI(00) and SI(06) ON."""
+    """Return a cell of a robot with its servos on, SI(00) and SI(06) ON."""
     cell = Cell.build(PROGRAM, scan="10ms", robot=RobotConfig(manual_speed=50))
     cell.run_until(lambda: bool(cell["Main.Robot.Settled"]), within="2s")
     cell["Main.ServoOn.Execute"] = True

@@ -20,7 +20,7 @@ def _compiled(block: str) -> Alone:
 
 
 def _value(address: int) -> int:
-    """What the image has in the word at an even address: some are negative as INT."""
+    """Return the value of the word at an even address; some are negative as INT."""
     return (address * 0x4D1 + 0x3A7) % 65536
 
 

@@ -90,12 +90,12 @@ class Places(PlcBench):
         self[f"{self.name}.{self.start}"] = on
 
     def pin(self, name: str) -> Value:
-        """A pin of the block."""
+        """Return the value of a pin of the block."""
         return self[f"{self.name}.{name}"]
 
     @property
     def error(self) -> int:
-        """Its ErrorID, 0 while it shows no Error."""
+        """Return the ErrorID, or 0 without Error."""
         return int(self.pin("ErrorID")) if self.pin("Error") else 0
 
     @property
@@ -105,7 +105,7 @@ class Places(PlcBench):
 
     @property
     def applied(self) -> int:
-        """The dedicated inputs that are ON as written."""
+        """Return the dedicated inputs that are ON as written."""
         return int.from_bytes(self.image[32:34], "little")
 
     def scan(self, count: int = 1) -> None:
@@ -120,7 +120,7 @@ class Places(PlcBench):
             self.on |= int.from_bytes(area[32:], "little") & ~_LEVELS
 
     def finish(self) -> None:
-        """Answer as a controller does: each code ends, and each end is reset, the other one's, too.
+        """Answer as a controller does: end every command, also that of the other block, and reset.
 
         After a jog that one waits until SI(06) is back.
         """

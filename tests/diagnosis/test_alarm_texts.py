@@ -61,7 +61,7 @@ def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, 
 
 
 def _joined(first: str, second: str) -> str:
-    """Two lines as the text that they were made of, without spaces."""
+    """Join two lines to the text from which they were made, without spaces."""
     return (first + second).replace(" ", "")
 
 

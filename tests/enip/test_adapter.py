@@ -33,7 +33,7 @@ def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def is_gone(name: str) -> bool:
-    """Whether no shared memory has this name."""
+    """Return whether no shared memory has this name."""
     try:
         SharedMemory(name).close()
     except FileNotFoundError:

@@ -28,7 +28,7 @@ FORWARD_OPEN, FORWARD_CLOSE, CONNECTION_MANAGER = 0x54, 0x4E, bytes.fromhex("200
 
 @pytest.fixture
 def wire() -> Iterator[socket.socket]:
-    """A UDP socket that may broadcast."""
+    """Return a UDP socket that may broadcast."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
         udp.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         udp.settimeout(LONG_S)
@@ -37,7 +37,7 @@ def wire() -> Iterator[socket.socket]:
 
 @pytest.fixture
 def adapter() -> Iterator[Adapter]:
-    """An adapter with cyclic I/O on any free port."""
+    """Return an adapter with cyclic I/O on any free port."""
     with Adapter(48, cyclic=0) as device:
         yield device
 
@@ -49,13 +49,13 @@ def open_owner(master: Client, **fields: str) -> bytes:
 
 
 def ask_for_ever(master: Client) -> None:
-    """Until it is not answered."""
+    """Send requests until the adapter stops answering."""
     while True:
         master.get_assembly(100)
 
 
 def wait_for_owner(adapter: Adapter, master: Client, state: OwnerState) -> None:
-    """Until the cyclic part, or who speaks for it, says so."""
+    """Wait until the cyclic process (or its substitute) reports this state."""
     while adapter.shared.owner is not state:
         master.get_assembly(100)
 

@@ -62,7 +62,7 @@ def name_of(adapter: Adapter) -> str:
 
 
 def cpppo_client(adapter: Adapter, *operations: str, simple: bool = True) -> list[str]:
-    """What cpppo's command line client prints for each operation, the time left out."""
+    """Return what cpppo's command line client prints for each operation, without the time."""
     command = [sys.executable, "-m", "cpppo.server.enip.get_attribute"]
     command += ["--address", name_of(adapter), *(["--simple"] if simple else []), *operations]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
@@ -70,7 +70,7 @@ def cpppo_client(adapter: Adapter, *operations: str, simple: bool = True) -> lis
 
 
 def logix_data(answer: Any) -> bytes:
-    """The data of the CIP reply in the frame that pylogix gives back."""
+    """Return the data of the CIP reply in the frame that pylogix returns."""
     assert answer.Status == "Success"
     frame: bytes = answer.Value
     # Header, interface handle and time-out, two items, then the reply's four bytes.

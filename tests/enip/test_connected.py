@@ -23,7 +23,7 @@ SIZE_IS_48 = "8E00 0000 3000"
 
 
 def unit(message: str, connection: str = "01000100", session: str = "01000000") -> bytes:
-    """A whole SendUnitData frame."""
+    """Return a whole SendUnitData frame."""
     length = len(bytes.fromhex(message))
     data = f"00000000 0000 0200 A100 0400 {connection} B100 {length:02X}{0:02X} {message}"
     size = len(bytes.fromhex(data))
@@ -31,7 +31,7 @@ def unit(message: str, connection: str = "01000100", session: str = "01000000") 
 
 
 def reply(message: str) -> bytes:
-    """A SendUnitData to the originator's connection id."""
+    """Return a SendUnitData with the originator's connection id."""
     return unit(message, connection="78563412")
 
 

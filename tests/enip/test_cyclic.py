@@ -322,7 +322,7 @@ def test_an_adapter_that_goes_off_has_forgotten_all_connections(owned: Device) -
 
 
 def told(device: Device) -> list[tuple[int, str, str, str, int]]:
-    """What the journal says since the last look: time, kind, state, peer, readers."""
+    """Return the new entries of the journal: time, kind, state, peer, readers."""
     events = [ConnectionEvent.from_record(one) for one in device.images.events.read().records]
     return [(one.at_us, one.kind.value, one.state, one.peer, one.readers) for one in events]
 

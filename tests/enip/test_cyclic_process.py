@@ -80,7 +80,7 @@ class Target:
         self.socket.sendto(datagram, (ROBOT, self.control.port))
 
     def receive(self) -> bytes:
-        """The next of the robot's packets."""
+        """Return the robot's next packet."""
         datagram, (host, port) = self.socket.recvfrom(2048)
         assert (host, port) == (ROBOT, self.control.port)
         return datagram

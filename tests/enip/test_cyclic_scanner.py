@@ -28,7 +28,7 @@ from rcx_harness.enip.cyclic.shared import SharedImages
 
 @pytest.fixture
 def scanner(images: SharedImages) -> Device:
-    """The other end of OWNER, opened at 0; the robot is its peer."""
+    """Return the originator of OWNER, opened at 0; the robot is its peer."""
     device = Device(images, Role.ORIGINATOR)
     device.exchange.add(replace(OWNER, peer=ROBOT, destination=ROBOT), 0)
     return device

@@ -23,7 +23,7 @@ _FIELD = re.compile(r'\s*("[^"]*"|[^",;]*)\s*([,;])')
 
 
 def read(text: str) -> Sheet:
-    """Sections, entries and fields: a reader as small as the format allows, quotes kept."""
+    """Return sections, entries and fields. This minimal reader does not remove quotes."""
     sheet: Sheet = {}
     rest = "\n".join(line.partition("$")[0] for line in text.splitlines())
     while rest := rest.lstrip():

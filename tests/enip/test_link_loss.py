@@ -23,7 +23,7 @@ def master() -> Iterator[LiveMaster]:
 
 
 def fall_silent(master: LiveMaster) -> None:
-    """No packet comes for RPI times 128: 1.28 s."""
+    """Stop sending. The connection times out after 128 RPIs: 1.28 s."""
     master.scanner.stop()
 
 

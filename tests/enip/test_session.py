@@ -28,7 +28,7 @@ SIZE_IS_48 = bytes.fromhex(
 def frame(
     command: str, data: str = "", session: int = 1, status: int = 0, options: int = 0
 ) -> bytes:
-    """A request with CONTEXT as sender context."""
+    """Return a request with CONTEXT as sender context."""
     content = bytes.fromhex(data)
     numbers = session.to_bytes(4, "little") + status.to_bytes(4, "little")
     header = bytes.fromhex(command) + len(content).to_bytes(2, "little") + numbers
@@ -36,7 +36,7 @@ def frame(
 
 
 def refused(command: str, status: int, session: int = 1) -> bytes:
-    """The answer that carries nothing but an encapsulation status."""
+    """Return an answer that contains only an encapsulation status."""
     return frame(command, session=session, status=status)
 
 

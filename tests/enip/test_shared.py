@@ -167,7 +167,7 @@ class Recorder:
         self._look = look
 
     def cast(self, kind: str) -> Recorder:
-        """Its words."""
+        """Return the recorder itself."""
         return self
 
     def __getitem__(self, at: object) -> int:

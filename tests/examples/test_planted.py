@@ -32,7 +32,7 @@ def _cell(project: Path) -> Cell:
 
 
 def _broken(cell: Cell) -> list[str]:
-    """What does not hold just now, of the table "What always holds" of the cell's README."""
+    """Return the violated rules of the table "What always holds" in the cell's README."""
     a, b = cell["Main.A.Holds"], cell["Main.B.Holds"]
     safe = cell["Main.CellSafe"]
     linked = cell["Main.Connected"] and cell["Main.Connected2"]

@@ -77,7 +77,7 @@ def test_one_that_starts_by_itself_is_found(
 
 
 def _opened_at(event: str, at_ms: int) -> list[tuple[int, ...]]:
-    """Where the hand opened: example 04 with a fault, Reset and Start."""
+    """Return where the hand opened in example 04 with a fault, Reset and Start."""
     opened = []
     with examples()["04_pick_and_place"].build("builtin") as cell:
 

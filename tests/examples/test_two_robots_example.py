@@ -26,7 +26,7 @@ _FOURTEEN = ("14_one_table", "Placer", "Taker")
 
 
 def _started(name: str) -> Cell:
-    """Both work; nothing else happens."""
+    """Return a cell in which both robots work."""
     folder = ROOT / "plc/examples" / name
     cell = Cell.build(
         sorted(folder.glob("*.st")),
@@ -42,7 +42,7 @@ def _started(name: str) -> Cell:
 
 
 def _press(cell: Cell, name: str, button: str) -> None:
-    """Those of both robots; example 14 has one for both."""
+    """Press a button of both robots; example 14 has one button for both."""
     for value in (True, False):
         for keys in ("Key1.", "Key2.") if name.startswith("12") else ("",):
             cell[f"Main.{keys}{button}"] = value

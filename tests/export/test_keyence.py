@@ -29,7 +29,7 @@ _KINDS = {"VAR_INPUT": "IN", "VAR_OUTPUT": "OUT", "VAR_IN_OUT": "IN-OUT"}
 
 @pytest.fixture(scope="module")
 def files(whole: bool) -> Mapping[str, str]:
-    """The folder."""
+    """Return the files of the folder."""
     return written("keyence", whole=whole).files
 
 

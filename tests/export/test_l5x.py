@@ -24,13 +24,13 @@ from structured_text.language.types import BlockType
 
 @pytest.fixture(scope="module")
 def root(whole: bool) -> ET.Element:
-    """The sample."""
+    """Return the sample."""
     return ET.fromstring(written("l5x", whole=whole).files[""])
 
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The first example and what it needs."""
+    """Return a file with the first example and what it needs."""
     output = TARGETS["l5x"].write(example_sources("01_power_up"))
     (file,) = write(output, tmp_path_factory.mktemp("l5x") / "cell.L5X")
     return file

@@ -22,7 +22,7 @@ def _exported(folder: Path, text: str) -> Output:
 
 
 def _lines(folder: Path, variables: str, statements: str, declared: str = "") -> list[str]:
-    """The statements of a block as they are exported."""
+    """Return the statements of a block as they are exported."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statements}\nEND_FUNCTION_BLOCK"
     )
@@ -236,13 +236,13 @@ def _values(program: Program, scans: int) -> list[dict[str, object]]:
 
 
 def _unsigned(key: str, value: object) -> object:
-    """A DWORD is a DINT there: the same bits."""
+    """Return a value as a DINT holds it: a DWORD has the same bits."""
     return value & 0xFFFFFFFF if key == "bits" and isinstance(value, int) else value
 
 
 @pytest.fixture
 def probe(tmp_path: Path) -> tuple[Program, Program]:
-    """A program that uses what is hard to carry, and the same read back from the file."""
+    """Return a program that is hard to export, and the same program read back from the file."""
     source = tmp_path / "Probe.st"
     source.write_text(_PROBE)
     output = export("l5x", program=[source], only_needed=True)

@@ -86,7 +86,7 @@ END_CONFIGURATION
 
 @pytest.fixture
 def mine(tmp_path: Path) -> Path:
-    """The user's file."""
+    """Return the user's file."""
     file = tmp_path / "Mine.st"
     file.write_text(WITH_INITIAL_VALUES + _CONFIGURED)
     return file
@@ -363,7 +363,7 @@ def test_a_function_without_a_word_stops_the_export_with_its_line(
 
 @pytest.fixture
 def given(tmp_path: Path) -> Path:
-    """A structure that is given to a function; its type may begin with values all the same."""
+    """Return a file with a structure that is passed to a function; its type has initial values."""
     file = tmp_path / "Given.st"
     file.write_text(
         "TYPE\n  PAIR : STRUCT\n    Low, Top : INT := 3;\n  END_STRUCT;\nEND_TYPE\n"

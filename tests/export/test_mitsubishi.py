@@ -51,7 +51,7 @@ _TITLES = ["Label Name", "Data Type", "Class", "Initial Value", "Constant", "Com
 
 @pytest.fixture(scope="module")
 def files(whole: bool) -> Mapping[str, str]:
-    """The folder."""
+    """Return the files of the folder."""
     return written("mitsubishi", whole=whole).files
 
 

@@ -88,12 +88,12 @@ def _names() -> set[str]:
 
 @cache
 def _renamed(prefix: str) -> Sources:
-    """The first example, and what it needs, under other names."""
+    """Return the first example and what it needs, with this prefix."""
     return sources_of(program=[EXAMPLES[0].folder], only_needed=True, prefix=prefix)
 
 
 def _new(word: str, prefix: str) -> str:
-    """A name of the library with its prefix, by hand: PROGRAM_STEP of RCX_PROGRAM_STEP is twice."""
+    """Return a name of the library with its prefix, worked out by hand."""
     if word.startswith("Zero_"):  # a tag of zeros that Logix copies from
         return f"Zero_{_new(word[5:], prefix)}"
     if word not in _names() or word.startswith(prefix):
@@ -102,7 +102,7 @@ def _new(word: str, prefix: str) -> str:
 
 
 def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
-    """The words of all files and their names outside of texts, paths, identifiers and dates.
+    """Return the words of all files and their names, but not those of texts, paths, ids and dates.
 
     An instance that a target makes is called like its function, with a number; what holds the bits
     of a structure in Logix, with the beginning of the structure's name.

@@ -42,7 +42,7 @@ END_ORGANIZATION_BLOCK
 
 
 def _files(target: str, example: Example, folder: Path) -> list[Path]:
-    """What runs the example: its export, and its task where that is not carried."""
+    """Return the files that run the example: its export, and its task if that is not exported."""
     output = TARGETS[target].write(example_sources(example.name))
     write(replace(output, recorded=True), folder / _READ[target])
     files = [folder / _READ[target]]

@@ -20,7 +20,7 @@ _MSBUILD = "{http://schemas.microsoft.com/developer/msbuild/2003}"
 
 @pytest.fixture(scope="module")
 def folder(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The project of the sample."""
+    """Return the project of the sample."""
     place = tmp_path_factory.mktemp("twincat")
     write(written("twincat", whole=whole), place)
     return place

@@ -76,7 +76,7 @@ def _exported(target: str, folder: Path, text: str) -> tuple[Mapping[str, str], 
 
 
 def _body(target: str, files: Mapping[str, str], name: str) -> str:
-    """The statements of a block as a target has written them; empty if it has not."""
+    """Return the statements of a block as a target writes them; empty if it does not write it."""
     if target in ("st", "scl", "plcopen", "l5x"):
         text = files[""]
     else:
@@ -108,7 +108,7 @@ def _root(text: str) -> ET.Element:
 
 
 def _called(body: str) -> set[str]:
-    """What stands before a parenthesis, but for variables and words of statements."""
+    """Return the names before a parenthesis, without variables and words of statements."""
     plain = re.sub(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)", " ", body, flags=re.DOTALL)
     names = re.findall(r'(?<![\w.#"])([A-Za-z_]\w*)\s*\(', plain)
     conversions = tuple(f"{one}_TO_" for one in ELEMENTARY)
@@ -120,7 +120,7 @@ _KEYWORDS = ("IF", "ELSIF", "WHILE", "UNTIL", "CASE", "NOT", "AND", "OR", "XOR",
 
 @cache
 def _listed(target: str) -> set[str]:
-    """Names that may stand before a parenthesis."""
+    """Return the names that are allowed before a parenthesis."""
     found = words(_LISTS[target])
     forms = (*found.functions.values(), *found.instructions.values())
     return {one.name for one in forms if not one.is_operator}

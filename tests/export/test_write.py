@@ -25,7 +25,7 @@ _RECORD = "rcx-export.json"
 
 @pytest.fixture
 def plc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a program that needs a function of the library, in which the user stands."""
+    """Return the current folder, whose program needs a function of the library."""
     folder = tmp_path / "plc"
     folder.mkdir()
     (folder / "Mine.st").write_text(_program("FC_RcxWord(LowByte := BYTE#16#01, HighByte := b)"))

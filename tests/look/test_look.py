@@ -47,7 +47,7 @@ def running() -> Iterator[Adapter]:
 
 @pytest.fixture
 def adapter(running: Adapter) -> Adapter:
-    """The adapter without a connection, assembly 150 all 0."""
+    """Return the adapter without a connection, with assembly 150 all 0."""
     waiting = threading.Event()
     while running.shared.status().connections:  # the close of the last one is under way
         waiting.wait(0.001)
@@ -302,7 +302,7 @@ def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
 
 @pytest.fixture
 def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
-    """An adapter of another maker: 600 bytes each way."""
+    """Return an adapter of another maker, with 600 bytes in each direction."""
     monkeypatch.setattr("rcx_harness.enip.target.adapter.check_size", lambda size: None)
     with Adapter(600, cyclic=0) as made:
         made.write_to_master(bytes([0x12, 0x34]) + bytes(597) + b"\xff")

@@ -66,7 +66,7 @@ class Table:
 
     @property
     def shown(self) -> str:
-        """Of each robot Valid, Busy, Error or nothing as one letter, with * while it holds."""
+        """Return one letter per robot for Valid, Busy, Error or none, with * while it holds."""
         letters = []
         for k in _ROBOTS:
             on = [name[0] for name in ("Valid", "Busy", "Error") if self[f"Lock{k}.{name}"]]
@@ -74,7 +74,7 @@ class Table:
         return " ".join(letters)
 
     def error(self, robot: int) -> object:
-        """Its ErrorID."""
+        """Return the ErrorID of a robot."""
         return self[f"Lock{robot}.ErrorID"]
 
     def want(self, *robots: int) -> None:
@@ -84,19 +84,19 @@ class Table:
             self.scan()
 
     def leave(self, robot: int) -> None:
-        """Its Enable falls."""
+        """Reset Enable of a robot."""
         self[f"Lock{robot}.Enable"] = False
         self.scan()
 
     def acknowledge(self, robot: int) -> None:
-        """A press of one scan."""
+        """Press Acknowledge for one scan."""
         self[f"Lock{robot}.Acknowledge"] = True
         self.scan()
         self[f"Lock{robot}.Acknowledge"] = False
 
 
 def _table(*wanting: int, engine: str = "auto") -> Table:
-    """Nobody was in the area two scans after the start; then these asked for it one by one."""
+    """Return a table of robots that asked one by one, after two scans with nobody in the area."""
     table = Table(engine)
     assert table.scan(2) == "- - -"
     table.want(*wanting)
@@ -442,7 +442,7 @@ def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None
 
 
 def _with_a_fourth_robot() -> Table:
-    """A robot that is called elsewhere has the area; 1, 3 and 2 wait, in this order."""
+    """Return a table in which a fourth robot has the area; 1, 3 and 2 wait in this order."""
     table = _table()
     table["Area.Holders"] = 1
     table.want(1, 3, 2)

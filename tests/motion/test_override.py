@@ -48,7 +48,7 @@ def _begun(engine: str = "auto", auto: int = 50, **pins: Any) -> PlcBench:
 
 
 def _moving(engine: str = "auto", percent: int = 50, **pins: Any) -> PlcBench:
-    """At 50 %, a step up waits for the end of a movement that is out."""
+    """Return a bench at 50 % whose step up waits for the end of a running movement."""
     plc = _begun(engine, percent, Percent=percent)
     plc.scan(3)
     plc["First.Code"], plc["First.Execute"] = 0x0001, True
@@ -396,7 +396,7 @@ def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
 
 
 def _waiting() -> PlcBench:
-    """A step from 50 to 20 % waits for the end of another command."""
+    """Return a bench in which a step from 50 to 20 % waits for the end of another command."""
     plc = _begun(Percent=50)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(4)
@@ -454,7 +454,7 @@ def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
 
 
 def _steady(engine: str = "builtin", **pins: Any) -> PartBench:
-    """The speed is 60 %; a step goes to any other one."""
+    """Return a bench with a speed of 60 %, from which a single step leads to any other speed."""
     bench = PartBench(engine)
     for name, value in {**pins, "Percent": 60, "Rise": 100, "Enable": True}.items():
         bench[f"Speed.{name}"] = value

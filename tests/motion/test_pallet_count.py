@@ -47,7 +47,7 @@ class _Pallet:
         self._now_us += 10_000
 
     def press(self, pin: str) -> None:
-        """An edge, held for a few scans."""
+        """Give a pin an edge, and hold it for a few scans."""
         for value in (True, True, True, False):
             self.put(pin, value)
             self.scan()

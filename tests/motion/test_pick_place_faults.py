@@ -36,7 +36,7 @@ def _for_one_scan(plc: PickBench, name: str, value: bool) -> None:
 
 
 def _let_another_command_out(plc: PickBench) -> None:
-    """The command of another block, which has no end yet; the next one of the work waits."""
+    """Send a command of another block without an end, so that the work's next command waits."""
     plc["Other.Execute"] = True
     plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
     plc.scan(5)

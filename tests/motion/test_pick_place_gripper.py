@@ -21,7 +21,7 @@ def _made(name: str) -> Alone:
 
 
 def _part(name: str) -> Alone:
-    """A part of the block for itself; the controller is ready."""
+    """Return a part of the block alone, with a controller that is ready."""
     block = _made(name)
     block.restart()
     for path in ("Connected", "SO.SO01_CpuOk"):
@@ -261,14 +261,14 @@ def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: in
 
 
 def _look() -> Alone:
-    """The part that reads the outputs of the hand, at work."""
+    """Return the part that reads the outputs of the hand, while it reads."""
     block = _part("FB_RcxPickLook")
     block["Block.Asks"] = True
     return block
 
 
 def _scan(block: Alone, pattern: int = 0) -> bool:
-    """One scan, with the answer to what was asked in the last one: so the bits of the port are."""
+    """Run one scan. `pattern` answers a request of the scan before with the bits of the port."""
     asked = bool(block["Robot.Inner.CodeRequest"])
     block["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN" if asked else "PHASE_READY"
     block["Robot.Inner.Answer"] = 0x0200 if asked else 0

@@ -30,7 +30,7 @@ _WHAT = [
 
 
 def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> PartBench:
-    """The command at this place is on the wire, then it is disturbed."""
+    """Return a bench whose command at this place has been sent and is then disturbed."""
     bench = PartBench(engine, **kind)
     bench["Pick.Execute"] = True
     bench.scan()
@@ -68,7 +68,7 @@ def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> 
 
 
 def _judge(place: int, what: str, after: str, **kind: Any) -> None:
-    """Go on until it is Done; whatever must not happen raises in the bench, or here."""
+    """Continue until Done; the bench or this function fails on anything that must not happen."""
     bench = _begun(place, what, **kind)
     done = int(bench["Pick.Done"])
     assert bench.delivered >= done, "Done without a part"

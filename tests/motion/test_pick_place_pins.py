@@ -17,7 +17,7 @@ _ROW = {"SourcePallet": 0, "TargetPallet": 39}
 
 
 def _numbers(low: int, high: int, *names: str) -> list[tuple[dict[str, Any], int]]:
-    """Each pin at its limits, and beyond them."""
+    """Return each pin with values at its limits and beyond them."""
     return [
         ({name: value}, 0x8044 * (not low <= value <= high))
         for name in names

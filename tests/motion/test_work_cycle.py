@@ -27,7 +27,7 @@ def _press(plc: PlcBench, pin: str) -> None:
 
 
 def _running(block: str = "Bare") -> PlcBench:
-    """The cycle has powered up, and wants its work."""
+    """Return a bench whose cycle has powered up and requests its work."""
     plc = _bench()
     _press(plc, f"{block}.Start")
     plc.scan_until(lambda: bool(plc[f"{block}.Run"]))
@@ -35,7 +35,7 @@ def _running(block: str = "Bare") -> PlcBench:
 
 
 def _shown(plc: PlcBench, block: str = "Bare") -> tuple[str, bool, bool, int]:
-    """State, Run, Busy, ErrorID; Error is TRUE exactly where there is one."""
+    """Return State, Run, Busy and ErrorID; check that Error is TRUE if ErrorID is not 0."""
     error_id = int(plc[f"{block}.ErrorID"])
     assert plc[f"{block}.Error"] is (error_id != 0)
     state = str(plc[f"{block}.State"]).removeprefix("WORK_")
@@ -50,7 +50,7 @@ def _fault(error_id: int) -> tuple[str, bool, bool, int]:
 
 
 def _end(plc: PlcBench, status: int = 0x0200) -> None:
-    """The command that is out ends, and the status is reset."""
+    """End the running command, and let the status be reset."""
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.answer(status, [12, 600] if status == 0x4000 else [])
     plc.scan_until(lambda: plc.words[0] == 0)

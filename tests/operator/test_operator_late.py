@@ -14,14 +14,14 @@ _CODES = {"StepLine": _LINE, "Teach": _TEACH}
 
 
 def _under_way(plc: OperatorBench, code: int) -> None:
-    """A block beside the panel gives this command; it gets no answer until `plc.hold` is 0."""
+    """Let another block send a command; it gets no answer until `plc.hold` is 0."""
     plc.hold = code
     plc["Other.Code"], plc["Other.Execute"] = code, True
     plc.scan_until(lambda: code in plc.codes)
 
 
 def _rose(plc: OperatorBench, scans: int) -> set[str]:
-    """The dedicated inputs that were ON in one of so many scans, without SI(00) and SI(06)."""
+    """Return the dedicated inputs that were ON in one of these scans, without SI(00) and SI(06)."""
     found: set[str] = set()
     for _ in range(scans):
         plc.scan()

@@ -11,7 +11,7 @@ _LINE, _MOVE, _POSITION = 0x0403, 0x0001, 0x0506
 
 
 def _answered(plc: OperatorBench, micrometres: int, code: int = _POSITION) -> None:
-    """The position is asked for and answered: axis 1."""
+    """Answer the request for the position with a position of axis 1."""
     if plc.words[0] != code:
         plc.scan_until(lambda: plc.words[0] == code)
     plc.answer(0x0200, [0, 0, 0, micrometres, 0], scans=5)

@@ -79,7 +79,7 @@ class _Bench(PlcBench):
 
     @property
     def state(self) -> str:
-        """Where it is."""
+        """Return the current state."""
         return str(self["PackMl.State"]).removeprefix("PACKML_")
 
 

@@ -61,7 +61,7 @@ def _cell(robot: Path) -> Cell:
 
 @pytest.fixture
 def line() -> Iterator[_Line]:
-    """A cell that has just been switched on."""
+    """Return a cell that has just been switched on."""
     with _cell(_ROBOT) as cell:
         yield _Line(cell)
 

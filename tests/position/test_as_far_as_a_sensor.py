@@ -64,7 +64,7 @@ def _x(cell: Cell) -> float:
 
 
 def _rest(cell: Cell) -> None:
-    """The stop is over: SI(06) is back, and nothing moves."""
+    """Check that the stop is over: SI(06) is ON again, and nothing moves."""
     cell["Main.Search"] = False
     cell.run("500ms")
     assert (cell["Main.Halt"], cell["Main.Robot.SI.SI06_Stop"]) == (False, True)

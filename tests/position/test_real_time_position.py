@@ -49,7 +49,7 @@ def _calls() -> str:
 
 @pytest.fixture(params=ENGINES)
 def plc(request: pytest.FixtureRequest, tmp_path: Path) -> PlcBench:
-    """The output is enabled; axis 2 is shown at 90000 pulses."""
+    """Return a bench with real time output enabled; axis 2 shows 90000 pulses."""
     file = tmp_path / "Directly.st"
     file.write_text(_PROGRAM.replace("{calls}", _calls()), encoding="utf-8")
     plc = PlcBench(program=file, engine=request.param, size=256)

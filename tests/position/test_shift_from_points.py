@@ -29,7 +29,7 @@ def _six(place: Sequence[float]) -> list[float]:
 def _shift(
     origin: Sequence[float], along_x: Sequence[float], engine: str = "auto", **pins: Any
 ) -> tuple[list[float], int, float]:
-    """ShiftMm, ErrorID and Distance after one scan."""
+    """Return ShiftMm, ErrorID and Distance after one scan."""
     block = _block(engine)
     block.restart()
     for pin, value in {"Origin": _six(origin), "AlongX": _six(along_x), **pins}.items():

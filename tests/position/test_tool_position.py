@@ -28,7 +28,7 @@ def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
 
 
 def _ms(plc: PlcBench) -> float:
-    """The age [ms]."""
+    """Return the age [ms]."""
     age = plc["Position.Age"]
     assert isinstance(age, timedelta)
     return age / timedelta(milliseconds=1)
@@ -41,7 +41,7 @@ def _read(plc: PlcBench, place: list[int] | None = None) -> None:
 
 
 def _watching(engine: str = "auto", **pins: Any) -> PlcBench:
-    """The first position has just been read, and nobody has the channel."""
+    """Return a bench that has just read its first position; the channel is free."""
     plc = _plc(engine, Enable=True, **pins)
     _read(plc)
     assert plc["Position.Valid"]

@@ -14,7 +14,7 @@ LOST = (0x4000, 12, 552) + (0,) * 13
 
 
 def _lose(master: Master, ms: float = 100) -> None:
-    """Without a connection, then with it again."""
+    """Run without a connection, then with a connection again."""
     master.connected = False
     master.run(ms)
     master.connected = True

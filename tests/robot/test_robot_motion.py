@@ -20,7 +20,7 @@ WAY = Point((100000, -50000, 0, 0, 0, 0))
 
 
 def _seconds(data: tuple[int, ...], **config: Any) -> float:
-    """From the cycle that takes the command to the end of the one that shows its end status."""
+    """Return the time from accepting a command to the end of its first end status [s]."""
     master = servos_on(points={19: WAY}, **config)
     master.send(0x0001, *data)
     start = master.now_us

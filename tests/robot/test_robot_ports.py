@@ -12,7 +12,7 @@ from structured_text.errors import InputError
 
 
 def run_steps(*steps: str, **config: Any) -> Master:
-    """A robot that has just been told to run these steps once."""
+    """Return a robot that has just been ordered to run these steps once."""
     program = RobotProgram(steps=steps, loop=False)
     master = powered_up(programs=(program,), program_start_delay=0, **config)
     master.turn_and_wait("SI12", True, 20)

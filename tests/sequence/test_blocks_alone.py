@@ -26,7 +26,7 @@ def _alone(block: str) -> Alone:
 
 
 def _pulse(alone: Alone) -> None:
-    """Execute for one scan."""
+    """Set Execute for one scan."""
     alone["Block.Execute"] = True
     alone.scan(0)
     alone["Block.Execute"] = False
@@ -124,7 +124,7 @@ def test_a_release_that_failed_puts_the_hold_back_once_and_at_once() -> None:
 
 
 def _waiting(block: str) -> Alone:
-    """The block waits for a turn that another one has."""
+    """Return a block that waits for a turn which another block has."""
     alone = _alone(block)
     alone["Robot.Inner.HoldStop"] = True
     alone["Robot.Inner.Sequence.NextTicket"] = 1

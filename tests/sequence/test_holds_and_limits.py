@@ -29,7 +29,7 @@ END_PROGRAM
 
 @pytest.fixture
 def stopped() -> PlcBench:
-    """The controller is up, and FB_ProgramStop has just taken SI(06) away."""
+    """Return a bench whose FB_ProgramStop has just switched SI(06) OFF."""
     plc = PlcBench(program=_PROGRAM)
     plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True, scans=60)
     assert plc.inputs == ["SI00", "SI06"]
@@ -86,7 +86,7 @@ _STOPS = pytest.mark.parametrize(
 
 
 def _running() -> PlcBench:
-    """The servos are on, and a program runs."""
+    """Return a bench with the servos on and a running program."""
     plc = servo_on()
     plc.outputs(SO13=True, SO14=False, scans=1)
     return plc

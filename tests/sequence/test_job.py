@@ -9,7 +9,7 @@ from plc_bench import PlcBench
 
 
 def _pins(plc: PlcBench, block: str) -> str:
-    """The outputs that are TRUE, as in `Busy Active`."""
+    """Return the outputs that are TRUE, as in `Busy Active`."""
     names = ("Done", "Busy", "Active", "Error")
     return " ".join(name for name in names if plc[f"{block}.{name}"])
 
@@ -150,7 +150,7 @@ def test_link_loss_ends_the_waiting_blocks_too() -> None:
 
 
 def _job(**inputs: object) -> Alone:
-    """The first call, with Execute, has been made."""
+    """Return a job after its first call with Execute."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     for name, value in {**inputs, "Execute": True}.items():
         job[f"Block.{name}"] = value
@@ -240,7 +240,7 @@ def test_a_ticket_is_shown_before_one_that_is_up_to_32767_later(later: int, show
 
 
 def _waiting() -> Alone:
-    """With the ticket 40000, behind one that has the turn."""
+    """Return a job with ticket 40000 that waits behind the holder of the turn."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel"] = {"Serving": 39_999, "NextTicket": 40_000, "Lowest": 39_999}
     job["Block.Execute"] = True
@@ -268,7 +268,7 @@ def test_called_twice_in_a_scan_an_idle_job_may_start_and_one_that_waits_or_work
 
 
 def _twice(job: Alone) -> None:
-    """Two calls with the same number of the scan, 1."""
+    """Call the job twice with the same scan number, 1."""
     for now in (0, 10):
         job["Block.Scan"] = 0
         job.scan(now)

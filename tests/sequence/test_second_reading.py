@@ -132,7 +132,7 @@ class _Beside:
             self._calm, self._sure, self._rival = map(self.chance.choice, (_CALM, _SURE, _RIVAL))
 
     def draw(self, scan: int) -> None:
-        """What the user, the cell and the controller do before this scan."""
+        """Draw what the user, the cell and the controller do before this scan."""
         self._spell(scan)
         for part, rule in self.rules.items():
             lively = self._rival if part == "Rival" and not rule.execute else 1.0
@@ -163,7 +163,7 @@ class _Beside:
                 self.so = self.so | {name} if on else self.so - {name}
 
     def scan(self, now: int) -> None:
-        """One scan of both."""
+        """Run one scan of both, the blocks and their rules."""
         bits = sum(1 << (8 * int(name[2]) + int(name[3])) for name in self.so)
         self.program.write_bytes("Main.InputArea", bytes(32) + bits.to_bytes(2, "little"))
         self.program.scan(now * 1000)
@@ -186,7 +186,7 @@ class _Beside:
         view.turns.pass_on()
 
     def compare(self) -> None:
-        """The outputs of the blocks, and the dedicated inputs as written."""
+        """Compare the outputs of the blocks, and the dedicated inputs as written."""
         for part, rule in self.rules.items():
             expected = (rule.done, rule.busy, rule.active, bool(rule.number), rule.number)
             self._same(f"{part} {self.names[part]}", _PINS, self._look[part](), expected)

@@ -84,7 +84,7 @@ def test_without_a_link_no_ticket_stays_behind(polling: PlcBench) -> None:
 
 @pytest.fixture
 def refusing() -> PlcBench:
-    """Four blocks with an illegal input that are tried again in every scan, and a good one."""
+    """Return a bench with four blocks that retry an illegal input every scan, and a valid one."""
     return _bench(
         "".join(f"    Bad{k} : FB_MovePtp;\n" for k in (1, 2, 3, 4)) + "    Best : FB_ReadDate;\n",
         "".join(
@@ -129,7 +129,7 @@ def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBe
 
 @pytest.fixture
 def queue() -> PlcBench:
-    """A command that outlives its block, four that give up in the queue, and one without limit."""
+    """Return a bench with a command longer than its block, four that time out, one unlimited."""
     return _bench(
         "".join(
             f"    {name} : FB_RemoteCommand;\n"
@@ -193,7 +193,7 @@ def test_whoever_waits_longest_is_next_also_among_those_who_give_up(
 
 @pytest.fixture
 def sequences() -> PlcBench:
-    """Four program resets that are tried again in every scan, and an alarm reset."""
+    """Return a bench with four program resets, retried in every scan, and an alarm reset."""
     return _bench(
         "".join(f"    Reset{k} : FB_ProgramReset;\n" for k in (1, 2, 3, 4))
         + "    Alarm : FB_AlarmReset;\n",

@@ -81,7 +81,7 @@ def _host() -> Host:
 
 
 async def _ended(host: Host) -> str:
-    """Its failure, when it has ended."""
+    """Wait for the end of the host, and return its failure."""
     try:
         await asyncio.wait_for(host.start(), _PATIENCE_S)
         await asyncio.wait_for(host.ended.wait(), _PATIENCE_S)

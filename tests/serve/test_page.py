@@ -43,20 +43,20 @@ class Page:
         wait.until(lambda _: condition(), what)
 
     def find(self, selector: str) -> WebElement:
-        """The first element that it selects."""
+        """Return the first element that matches the selector."""
         return self.browser.find_element(By.CSS_SELECTOR, selector)
 
     def text(self, selector: str) -> str:
-        """Text of that element; read in one go, for the page may build it anew meanwhile."""
+        """Return the text of the element, read in one call because the page may rebuild it."""
         script = "return document.querySelector(arguments[0])?.innerText ?? ''"
         return str(self.browser.execute_script(script, selector))
 
     def lamp(self, signal: str) -> str:
-        """A bit of the signal monitor, by the tip over it."""
+        """Return a bit of the signal monitor, found by its tooltip."""
         return self.text(f'#monitor td[title^="{signal}"]')
 
     def wave(self, signal: str) -> str:
-        """The wave of a signal in the timing chart: its path."""
+        """Return the path of a signal's wave in the timing chart."""
         script = """
           const root = document.getElementById("chart").shadowRoot;
           const names = [...root.querySelectorAll("text")];
@@ -68,7 +68,7 @@ class Page:
         return str(self.browser.execute_script(script, signal))
 
     def pressed(self, selector: str) -> bool:
-        """That button is shown as pressed."""
+        """Return whether the button is shown as pressed."""
         return self.find(selector).get_attribute("aria-pressed") == "true"
 
 
@@ -81,7 +81,7 @@ def browser() -> Iterator[WebDriver]:
 
 @pytest.fixture(scope="module")
 def addresses() -> list[str]:
-    """Two controllers."""
+    """Return the addresses of two controllers."""
     return own_addresses(2)
 
 
@@ -89,7 +89,7 @@ def addresses() -> list[str]:
 def page(
     browser: WebDriver, addresses: list[str], tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Page]:
-    """The page of two served controllers, the second with a robot of a known type."""
+    """Return the page of two served controllers; the second robot is of a known type."""
     folder = tmp_path_factory.mktemp("served")
     texts = ("", 'robot = "SXYX"\n[[axes]]\nstart = 122880\n')
     options = ["--web", "0"]
@@ -107,7 +107,7 @@ def page(
 
 @pytest.fixture
 def scanner(page: Page, addresses: list[str]) -> Iterator[Scanner]:
-    """The first controller's master; it has released both stops."""
+    """Return the first controller's master, which has released both stops."""
     with Scanner(addresses[0], rpi_us=10_000, multiplier=_MULTIPLIER, io_port=0) as scanner:
         scanner.write(_STOPS_RELEASED)
         scanner.open()
@@ -219,7 +219,7 @@ def test_actions_are_recorded_and_become_a_stimulus(
     page: Page, scanner: Scanner, tmp_path: Path
 ) -> None:
     def got(selector: str) -> str:
-        """What a link leads to."""
+        """Return the content behind a link."""
         script = """
           const [selector, done] = arguments;
           fetch(document.querySelector(selector).href).then((one) => one.text()).then(done);
@@ -356,6 +356,6 @@ def test_the_page_asks_no_other_server_and_has_no_error(page: Page) -> None:
 
 
 def _rises(path: str) -> bool:
-    """There is a vertical line upwards in it."""
+    """Return whether the path contains a vertical line upwards."""
     levels = [float(part.partition("H")[0]) for part in path.split("V")[1:]]
     return any(later < earlier for earlier, later in pairwise(levels))

@@ -22,7 +22,7 @@ _RELEASED = bytes(32) + b"\x41" + bytes(15)
 
 @pytest.fixture
 def served() -> ServedHost:
-    """A YK400XEC with a master, 200 ms after its start; both arms stretched."""
+    """Return a YK400XEC with a master, 200 ms after its start; both arms are stretched."""
     host = ServedHost(RobotConfig(robot=("YK400XEC",)))
     host.network.send(bytes(48))
     host.run(200)

@@ -18,7 +18,7 @@ _SI00, _SI06, _SI01 = 0x01, 0x40, 0x02
 
 
 def image(bits: int = 0, *words: int, size: int = 48) -> bytes:
-    """The master's area: words from n on, and byte n+32."""
+    """Return the master's area with words from n on, and byte n+32."""
     area = bytearray(size)
     struct.pack_into(f"<{len(words)}H", area, 0, *words)
     area[32] = bits
@@ -26,19 +26,19 @@ def image(bits: int = 0, *words: int, size: int = 48) -> bytes:
 
 
 def on(served: ServedHost, name: str) -> bool:
-    """A dedicated output as the master reads it."""
+    """Return whether a dedicated output is ON, as the master reads it."""
     signal = signals().find(name)
     return bool(served.network.to_master.read()[signal.byte] >> signal.bit & 1)
 
 
 def link_of(served: ServedHost) -> LinkState:
-    """What the adapter's processes are told."""
+    """Return the link state that the adapter's processes receive."""
     return served.network.link
 
 
 @pytest.fixture
 def served() -> ServedHost:
-    """A controller that has just been switched on, without a master."""
+    """Return a controller that has just been switched on, without a master."""
     return ServedHost()
 
 
@@ -60,7 +60,7 @@ def test_the_data_is_read_after_the_state_that_it_belongs_to(
 
 @pytest.fixture
 def running(served: ServedHost) -> ServedHost:
-    """With a master, servos on."""
+    """Return the controller with a master and its servos on."""
     served.network.send(image(_SI00))
     served.run(150)
     served.network.send(image(_SI00 | _SI06))

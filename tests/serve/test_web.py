@@ -25,7 +25,7 @@ EVENTS, STOP = "/token/api/robots/0/events", {"event": "emergency_stop"}
 
 @pytest.fixture
 def hosts() -> list[ServedHost]:
-    """Two controllers, one of them connected."""
+    """Return two controllers, of which the first is connected."""
     first, second = ServedHost(), ServedHost(address="127.0.0.2")
     first.network.send(bytes(32) + b"\x41" + bytes(15))
     first.run(200)
@@ -35,7 +35,7 @@ def hosts() -> list[ServedHost]:
 
 @pytest.fixture
 def client(hosts: list[ServedHost]) -> Iterator[WebClient]:
-    """A client of the page of both controllers, whose token is `token`."""
+    """Return a client of the page of both controllers, whose token is `token`."""
     client = WebClient(web.application(hosts, "token"))
     yield client
     client.close()

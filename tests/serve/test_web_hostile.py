@@ -56,7 +56,7 @@ def ask(*requests: Request) -> list[tuple[int, str]]:
 
 
 def said(text: str) -> str:
-    """The message of a refusal."""
+    """Return the message of a refusal."""
     message: str = json.loads(text)["error"]
     return message
 

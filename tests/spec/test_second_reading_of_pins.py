@@ -98,7 +98,7 @@ def test_each_member_chooses_the_command_of_the_section(block: Pins) -> None:
 
 
 def _chosen(block: Pins) -> list[str]:
-    """The members that choose a command, in the order of their type."""
+    """Return the members that select a command, in the order of their type."""
     types = [[one.name for one in members] for members in ENUMERATIONS.values()]
     found = [names for names in types if set(names) == set(block.codes)]
     return found[0] if found else list(block.codes)
@@ -165,7 +165,7 @@ def _number(text: str) -> int:
 
 
 def _is_span(block: Pins, row: PinRow, low: int, high: int, *, zero: bool) -> bool:
-    """Whether the section has this range; with `zero`, the comment says what 0 is besides."""
+    """Return whether the section has this range; with `zero`, the comment explains 0."""
     if len(row.places) > 1:
         return high - low + 1 == len(row.places)
     return all(_is_legal(block, row, one) for one in (low, high)) and not any(
@@ -205,7 +205,7 @@ def test_the_ports_in_the_head_of_a_block_are_those_of_the_section(block: str) -
 
 
 def _default(initial: object, kind: str) -> str:
-    """As the reading writes it."""
+    """Return an initial value in the notation of the reading."""
     if isinstance(initial, s.Literal):
         return initial.text
     if isinstance(initial, s.Name):
@@ -252,7 +252,7 @@ def test_every_field_with_values_has_its_meanings_in_the_reading() -> None:
 
 
 def _fields(command: Command) -> Iterator[tuple[str, Field]]:
-    """The fields by the place at which they begin: `n+4`, or `n+2.1` for some bits."""
+    """Return the fields by the place where they begin: `n+4`, or `n+2.1` for some bits."""
     for side, fields in (("n", command.request), ("m", command.response)):
         for field in fields:
             low = f".{field.bits[0]}" if field.type == "bits" else ""

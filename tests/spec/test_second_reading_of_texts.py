@@ -19,7 +19,7 @@ _KEYS = ("name", "name_ja", "cause", "remedy")
 
 
 def _odd(mine: Mapping[str, str], theirs: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
-    """Where a name is another, or a text lacks its words."""
+    """Return where names differ, or a text lacks its words."""
     for number in mine.keys() ^ theirs.keys():
         yield f"{number} is in one of table and reading only"
     for number in mine.keys() & theirs.keys():

@@ -212,7 +212,7 @@ _NAMED = ("RegisterProgram", "ExecuteProgram", "StepProgram", "SkipProgram", "Ne
 
 
 def _text_words(first: tuple[int, ...], at: int, raw: bytes) -> list[int]:
-    """The 16 words with some at the beginning, and a text from byte `at` on."""
+    """Return the 16 words with some at the beginning, and a text from byte `at` on."""
     area = bytearray(32)
     for k, word in enumerate(first):
         area[2 * k : 2 * k + 2] = word.to_bytes(2, "little")

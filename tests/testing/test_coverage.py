@@ -70,7 +70,7 @@ def run(pytester: pytest.Pytester) -> Run:
 
 
 def _table(result: pytest.RunResult) -> list[str]:
-    """The rows below the table's head, with single spaces."""
+    """Return the rows below the table's head, with single spaces."""
     lines = [re.sub(" +", " ", line) for line in result.outlines]
     start = next(k for k, line in enumerate(lines) if line.startswith("file "))
     return lines[start + 1 : lines.index("", start)]

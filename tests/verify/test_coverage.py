@@ -88,7 +88,7 @@ _EVERYTHING: list[Give] = [
 
 @pytest.fixture
 def measured(tmp_path: Path) -> Measure:
-    """Runs a block, FB_Probe unless given, with (Level, Ready, Size) in one scan each."""
+    """Return a function that runs a block once per scan with (Level, Ready, Size)."""
 
     def run(scans: list[Give], block: str = _BLOCK, **options: object) -> FileResult:
         library = tmp_path / "lib"
@@ -219,7 +219,7 @@ def test_counts_of_another_version_do_not_count(measured: Measure, tmp_path: Pat
 
 
 def _decision(text: str, tmp_path: Path) -> Decision:
-    """The decision `Z := text` over the BOOL variables A to D."""
+    """Return the decision `Z := text` over the BOOL variables A to D."""
     file = tmp_path / "Logic.st"
     file.write_text(
         f"PROGRAM Logic\n  VAR\n    A, B, C, D, Z : BOOL;\n  END_VAR\n  Z := {text};\nEND_PROGRAM\n"

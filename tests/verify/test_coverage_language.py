@@ -28,7 +28,7 @@ Run = Callable[..., FileResult]
 
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
-    """Runs a body with the declarations given, and what else stands in the file, before it."""
+    """Return a function that runs a body with declarations, and with `before` above the program."""
 
     def run(body: str, declared: str, *scans: Scan, before: str = "") -> FileResult:
         text = f"{before}PROGRAM P\n  VAR\n{declared}  END_VAR\n{body}END_PROGRAM\n"

@@ -111,7 +111,7 @@ def test_the_larger_part():
 
 @pytest.fixture
 def house(tmp_path: Path) -> Path:
-    """A repository with a library of two POUs, one test, and a program for it."""
+    """Return a repository with a library of two POUs, one test, and a program for it."""
     library = tmp_path / "plc" / "lib"
     files = {
         "plc/lib/area/FB_Sample.st": _BLOCK,

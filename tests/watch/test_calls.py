@@ -62,7 +62,7 @@ END_TYPE
 
 @pytest.fixture
 def build(build_cell: Callable[..., Cell], tmp_path: Path) -> Build:
-    """A cell of a program with this body, on the engine that sees calls, after two scans."""
+    """Return a cell whose program has this body, after two scans; its engine sees calls."""
 
     def built(body: str) -> Cell:
         file = tmp_path / "program.st"
@@ -75,7 +75,7 @@ def build(build_cell: Callable[..., Cell], tmp_path: Path) -> Build:
 
 
 def told(cell: Cell) -> list[str]:
-    """What has been reported of the calls, as `scan: instance text`."""
+    """Return the reports about calls as `scan: instance text`."""
     texts = [one.text for one in cell.violations if one.rule == "calls"]
     assert all(text.startswith("plc, scan ") for text in texts)
     return [text.removeprefix("plc, scan ").replace(": calls: Main.", ": ") for text in texts]

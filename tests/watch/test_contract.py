@@ -50,7 +50,7 @@ _BOTH = ("Once", "Twice")
 
 
 def one_job(cell: Cell) -> None:
-    """A scan without Execute, ten with it, five without."""
+    """Run a scan without Execute, ten with it, and five without."""
     cell.scan()
     cell["Main.Go"] = True
     cell.scan(10)
@@ -214,7 +214,7 @@ class _Pins:
         return lambda: self.values
 
     def scan(self, *values: bool) -> list[str]:
-        """What is reported after a scan with these values."""
+        """Run a scan with these values, and return its reports."""
         self.values = cast(Any, values)
         return [one.text.rpartition(": ")[2] for one in self.monitor.scan(0, 0)]
 

@@ -29,7 +29,7 @@ def cell(raw_cell: Build) -> Cell:
 
 
 def found(cell: Cell, side: str) -> list[str]:
-    """The rules that one side has found broken, in their order."""
+    """Return the rules that one side has reported as broken, in order."""
     return [one.rule for one in cell.violations if one.text.startswith(side)]
 
 

@@ -42,7 +42,7 @@ class Scan(NamedTuple):
 
 
 def judge(*scans: Scan, size: int = 48) -> list[str]:
-    """What the monitor reports, as `ms rule: text`; the PLC has been connected for a while."""
+    """Return the monitor's reports as `ms rule: text`; the PLC has been connected for a while."""
     monitor = WireMonitor(size)
     return play(monitor, *scans, size=size)
 

@@ -384,7 +384,7 @@ def _cell(files: list[Path], replace: dict[str, str | Path] | None = None) -> Ce
 
 
 def _arrived(cell: Cell, moves: int) -> None:
-    """The robot got that many telegrams, and is at its point.
+    """Check that the robot received this many telegrams and reached its point.
 
     Source: chapter 5, 4.1: the code, its options, two words of the speed, the point.
     """

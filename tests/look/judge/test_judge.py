@@ -30,19 +30,19 @@ class Recording:
         self.until(10 * MS)
 
     def until(self, end_us: int) -> None:
-        """Repeat what stands until then."""
+        """Repeat the current areas until this time [us]."""
         while self._now_us < end_us:
             self._now_us += 10 * MS
             self.story.both(self._now_us, self._si, self._so)
 
     def plc(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
-        """From here on the PLC writes this."""
+        """Change what the PLC writes from this time on."""
         self.until(at_us - 10 * MS)
         self._si = area(words, dedicated)
         self.until(at_us)
 
     def robot(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
-        """From here on the controller shows this, 0.5 ms after a packet of the PLC."""
+        """Change what the controller shows from this time on, 0.5 ms after a packet of the PLC."""
         self.until(at_us - 10 * MS)
         self._so = area(words, dedicated)
         self.until(at_us)
@@ -60,12 +60,12 @@ class Verdict:
 
     @property
     def rules(self) -> list[str]:
-        """The rules that were broken."""
+        """Return the rules that were broken."""
         return [one.rule for one in self.result.findings]
 
     @property
     def text(self) -> str:
-        """The words of all findings."""
+        """Return the words of all findings."""
         return "\n".join(one.text for one in self.result.findings)
 
     def times(self, what: str) -> tuple[int, int, int]:
@@ -203,7 +203,7 @@ _BROKEN: dict[str, tuple[list[Change], str, str]] = {
 
 
 def _recorded(name: str, until_us: int = 0) -> Recording:
-    """A controller with its servos on, and what breaks the rule of this name."""
+    """Return a recording of a controller with its servos on that breaks the rule of this name."""
     made = _powered()
     for side, at_ms, dedicated, words in _BROKEN[name][0]:
         (made.plc if side == "plc" else made.robot)(at_ms * MS, dedicated, words)
@@ -379,7 +379,7 @@ def test_a_capture_of_the_wrong_traffic_says_what_is_in_it(tmp_path: Path) -> No
 
 
 def _cycles(file: Path, *cycles: tuple[dict[int, int], int]) -> Judgement:
-    """A trace of rcx serve: from cycle to cycle the words of the PLC and the status."""
+    """Return the judgement of a trace of rcx serve: the PLC's words and the status per cycle."""
     lines = [{"format": "rcx-trace/1", "by": "rcx serve", "size": 48, "cycle_us": 5_000}]
     for number, (words, status) in enumerate(cycles):
         si, so = area(words, 0x41), area({0: status}, SERVO)

@@ -32,12 +32,12 @@ class Heard:
 
     @property
     def robots(self) -> list[Robot]:
-        """The controllers, in the order they were found."""
+        """Return the controllers in the order in which they appear."""
         assert self.result.network is not None
         return list(self.result.network.robots.values())
 
     def scans(self) -> list[Scan]:
-        """The trace that was written."""
+        """Return the scans of the trace that was written."""
         return [one for one in read_trace(self.trace)[1] if isinstance(one, Scan)]
 
 
@@ -198,7 +198,7 @@ def test_other_devices_are_counted_and_not_judged(tmp_path: Path) -> None:
 
 
 def _headless(story: Story) -> Story:
-    """The same without its first two packets, the Forward Open and its answer."""
+    """Return the story without its first two packets, the Forward Open and its answer."""
     del story.packets[:2]
     return story
 

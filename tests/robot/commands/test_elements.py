@@ -17,7 +17,7 @@ MM_POINT = Point(DATA, mm=True, hand=2, arm1=1, arm2=-1)
 
 
 def _but(place: int, value: int, data: tuple[int, ...]) -> tuple[int, ...]:
-    """The data with another value in one place."""
+    """Return the data with another value in one place."""
     return (*data[:place], value, *data[place + 1 :])
 
 

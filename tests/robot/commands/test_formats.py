@@ -66,7 +66,7 @@ every_code = pytest.mark.parametrize("code", list(COMMANDS), ids="0x{:03X}".form
 
 @lru_cache(maxsize=1)
 def _master() -> tuple[Master, object]:
-    """One robot of four axes, of which nothing takes time but movements; and how it began."""
+    """Return one robot of four axes, in which only movements take time, and its initial state."""
     points = {number: Point() for number in range(6)}
     master = servos_on(points=points, command_delay=0.0, **ALARMS)
     return master, master.robot.snapshot()
@@ -74,7 +74,7 @@ def _master() -> tuple[Master, object]:
 
 @pytest.fixture
 def fresh() -> Master:
-    """The controller as it began."""
+    """Return the controller in its initial state."""
     master, snapshot = _master()
     master.robot.restore(snapshot)
     master.send()
@@ -92,7 +92,7 @@ def _end(master: Master, words: Iterable[int]) -> tuple[int, ...]:
 
 
 def _state(thing: Any) -> Any:
-    """All that commands can change, as a value; without clocks, histories and what time alone does.
+    """Return all that commands can change as a value, without clocks and histories.
 
     It looks into every object of the controller, whatever it is called.
     """
@@ -111,7 +111,7 @@ def _state(thing: Any) -> Any:
 
 
 def _refused(master: Master, telegrams: Iterator[tuple[str, tuple[int, ...]]], alarm: str) -> int:
-    """All of them end in that alarm, and nothing in the controller changes; how many they are."""
+    """Check that all telegrams end in this alarm and change nothing; return their number."""
     before, count, accepted = _state(master.robot.machine), 0, []
     for wrong, words in telegrams:
         count += 1

@@ -18,7 +18,7 @@ def _mover(**config: Any) -> Master:
 
 
 def _interrupt(master: Master, *words: int) -> int:
-    """Stop a movement after 200 ms and release the stop; where axis 1 stands then."""
+    """Stop a movement after 200 ms, release the stop, and return the position of axis 1."""
     before = master.robot.positions[0]
     master.send(*words)
     master.run(200)

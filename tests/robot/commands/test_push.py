@@ -16,7 +16,7 @@ EVERY = [0x004B, 0x004C, 0x004D]
 
 
 def _mover(workpiece: int | None = 4_500, **config: Any) -> Master:
-    """Axis 3 has 500 pulses/mm; a workpiece stands at 4500 pulses = 9.000 mm."""
+    """Return a robot whose axis 3 has 500 pulses/mm; a workpiece is at 4500 pulses = 9.000 mm."""
     axes = (Axis(start=1), Axis(start=2), Axis(pulses_per_mm=500, workpiece=workpiece), Axis())
     point = Point((7, 7, 10_000, 7, 0, 0), mm=True)
     return mover(**{"axes": axes, "points": {19: point}, **config})
@@ -29,7 +29,7 @@ def _words(code: int, flags: int = 0, force: int = 0, time: int = 0) -> tuple[in
 
 
 def _pushes_for(master: Master, *words: int) -> int:
-    """From reaching 4500 pulses to the end status [ms]."""
+    """Return the time from reaching 4500 pulses to the end status [ms]."""
     master.send(*words)
     touched = 0
     for _ in range(7_000):

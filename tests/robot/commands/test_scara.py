@@ -25,7 +25,7 @@ LEFT_HANDED = 2
 
 
 def _words(name: str, **values: Any) -> tuple[int, ...]:
-    """A command to robot 1 by the names of its fields."""
+    """Return the words of a command to robot 1, by the names of its fields."""
     return command(name).encode(values, 1)
 
 
@@ -55,7 +55,7 @@ def _robot(at: int = 0, **config: Any) -> Master:
 
 
 def _at(master: Master) -> tuple[float, ...]:
-    """Where the tool is by the position reference [mm, degree]."""
+    """Return the position of the tool from the position reference [mm, degree]."""
     low_words = master.execute(POSITION)[4:12]
     pairs = zip(low_words[::2], low_words[1::2], strict=True)
     values = [low | high << 16 for low, high in pairs]

@@ -29,7 +29,7 @@ AXES = (Axis(), Axis(), Axis(robot=2))
 
 
 def _master(**config: Any) -> Master:
-    """It shows its data by real time output.
+    """Return a master that sees data by real time output.
 
     In words 24 to 26 for robot 1, axis 1; 27 to 29 axis 2; 30 to 32 robot 2; 33 to 35 the system.
     """

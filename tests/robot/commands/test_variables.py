@@ -23,7 +23,7 @@ def _words(number: int, value: float) -> tuple[int, ...]:
 
 
 def _with(values: dict[int, float], **config: Any) -> Master:
-    """A controller with these variables, assigned by commands."""
+    """Return a controller with these variables, assigned by commands."""
     master = ready(**config)
     for number, value in values.items():
         assert master.execute(ASSIGN, 0, number, 0, *_words(number, value)) == NORMAL_END

@@ -58,7 +58,7 @@ def _words(text: str) -> tuple[int, ...]:
 
 
 def _meant(example: Mapping[str, Any], side: str) -> tuple[int, ...]:
-    """The words that count of `command` or `response`."""
+    """Return the words of `command` or `response` as the manual means them."""
     return _words(example.get(f"meant_{side}", example[side]))
 
 

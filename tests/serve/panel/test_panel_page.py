@@ -44,7 +44,7 @@ class _Panel:
         vars(self.plate)["press"] = heard
 
     def scan(self) -> None:
-        """One scan with the exchange before it."""
+        """Run one scan, with the exchange before it."""
         self.plate.exchange()
         self.program.scan(self._scans * 10_000)
         self._scans += 1
@@ -63,21 +63,21 @@ class _Panel:
         return bool(self.program.read(f"Main.Panel.Key.{name}"))
 
     def shows(self, selector: str) -> str:
-        """A text of the page."""
+        """Return a text of the page."""
         script = "return document.querySelector(arguments[0])?.innerText ?? ''"
         return str(self.browser.execute_script(script, selector))
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[WebDriver]:
-    """One browser for all."""
+    """Return one browser for all tests."""
     with chromium(1280, 900) as driver:
         yield driver
 
 
 @pytest.fixture
 def panel(browser: WebDriver) -> Iterator[_Panel]:
-    """A panel whose page is open."""
+    """Return a panel whose page is open."""
     one = _Panel(browser)
     with PanelServer([one.plate], 0) as server:
         browser.get(server.address)
@@ -141,7 +141,7 @@ def _type_point(panel: _Panel, text: str) -> None:
 
 
 def _sent(panel: _Panel) -> list[object]:
-    """What the page sends from now on, in its order: choices, and keys that go down."""
+    """Return a list of what the page sends from now on: choices, and keys that go down."""
     sent: list[object] = []
     plate = panel.plate
     choose, press = plate.choose, plate.press

@@ -33,19 +33,19 @@ def _program(source: Path = _BENCH, engine: str = "builtin") -> Program:
 
 @pytest.fixture
 def clock() -> _Clock:
-    """A clock that stands still."""
+    """Return a clock that does not advance by itself."""
     return _Clock()
 
 
 @pytest.fixture
 def program() -> Program:
-    """A program with one panel."""
+    """Return a program with one panel."""
     return _program()
 
 
 @pytest.fixture
 def plate(program: Program, clock: _Clock) -> Plate:
-    """Its panel."""
+    """Return the program's panel."""
     (one,) = plates_of(program, clock)
     return one
 
@@ -55,7 +55,7 @@ def _down(program: Program) -> list[str]:
 
 
 def _scans(program: Program, plate: Plate, count: int) -> list[list[str]]:
-    """What is pressed in each of so many scans."""
+    """Return which keys are pressed in each of these scans."""
     seen = []
     for _ in range(count):
         plate.exchange()

@@ -24,7 +24,7 @@ def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> ResultFil
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """The file of the results."""
+    """Return the file of the results."""
     return tmp_path / "out" / "results.jsonl"
 
 

@@ -49,7 +49,7 @@ def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
 
 @pytest.fixture
 def piped_input() -> Iterator[int]:
-    """The end to write to of a pipe that is standard input meanwhile."""
+    """Replace standard input by a pipe, and return the pipe's writing end."""
     kept = os.dup(0)
     reading, writing = os.pipe()
     os.dup2(reading, 0)
@@ -88,7 +88,7 @@ def test_a_signal_ends_the_wait_once(number: signal.Signals) -> None:
 
 @pytest.fixture
 def handlers() -> Iterator[None]:
-    """All handlers are as before in the end."""
+    """Restore all signal handlers after the test."""
     before = {one: signal.getsignal(one) for one in (signal.SIGTERM, signal.SIGHUP)}
     yield
     for number, handler in before.items():

@@ -16,7 +16,7 @@ _LONG_AGO = 1_000_000_000  # [s]
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with one file, and one below it with another."""
+    """Return a folder with one file, and a subfolder with another."""
     (tmp_path / "plc/below").mkdir(parents=True)
     (tmp_path / "plc/a.st").touch()
     (tmp_path / "plc/below/b.st").touch()
@@ -34,7 +34,7 @@ def later(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def looked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The folders that are looked into."""
+    """Return a list of the folders that are scanned."""
     found: list[str] = []
     scan = os.scandir
 

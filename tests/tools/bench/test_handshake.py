@@ -20,7 +20,7 @@ _GRID = grid((1, 7, 20), (1, 13, 100), (0, 7))
 
 
 def _printed() -> list[list[int]]:
-    """The worked examples of the page: all whole numbers of each line."""
+    """Return the worked examples of the page: all whole numbers of each line."""
     lines = re.findall(r"^\| \d+ ms .*$", _PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     return [[int(number) for number in re.findall(r"\d+", line)] for line in lines]
 

@@ -20,7 +20,7 @@ _BUILT = ("motion", "operator", "points", "position")
 
 
 def _printed() -> dict[str, int]:
-    """The page's table of the blocks that are built of others: bytes by name."""
+    """Return the page's table of composite blocks: bytes by name."""
     page = _PAGE.read_text(encoding="utf-8")
     lines = page.split("| Block | Bytes | Block | Bytes |")[1].split("\n\n")[0].splitlines()
     cells = [cell for line in lines[2:] for cell in line.strip("|").split("|")]

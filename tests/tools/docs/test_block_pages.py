@@ -30,7 +30,7 @@ def _page(name: str) -> str:
 
 
 def _rows(page: str, heading: str) -> list[list[str]]:
-    """The table below a heading, without its own head."""
+    """Return the rows of the table below a heading, without the table's head."""
     part = re.split(r"^##+ ", page.partition(f"## {heading}\n")[2], flags=re.MULTILINE)[0]
     lines = [line for line in part.splitlines() if line.startswith("| ")]
     return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines[1:]]

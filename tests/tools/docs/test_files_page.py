@@ -27,7 +27,7 @@ _PLAIN = re.compile(r"`([^`]+)`")
 
 
 def _table(head: str) -> dict[str, tuple[str, ...]]:
-    """The rows of the table whose first heading is `head`: the names of a row to its other cells.
+    """Return a table's rows; `head` is its first heading. A row maps its names to the other cells.
 
     A row that has several names in its first cell counts for each of them.
     """

@@ -102,7 +102,7 @@ class Run:
     cycles: list[Cycle]
 
     def changes(self) -> list[tuple[int, str]]:
-        """Every change of a bit or word of ORDERS, in order of time."""
+        """Return every change of a bit or word of ORDERS, in order of time."""
         found: list[tuple[int, str]] = []
         for before, after in pairwise(self.scans):
             bits = [*_bits("SI", before.si, after.si), *_bits("SO", before.so, after.so)]
@@ -134,7 +134,7 @@ def _words(kind: str, before: bytes, after: bytes) -> list[str]:
 
 
 def run(name: str, robot: RobotConfig | None = None, longer_us: int = 0) -> Run:
-    """A process as `rcx run` runs it."""
+    """Run a process as `rcx run` runs it."""
     process = processes()[name]
     with Cell.build(process.program, robot=robot) as cell:
         Stimulus.load(process.stimulus).schedule(cell)

@@ -26,7 +26,7 @@ _WIDTHS = {"h": 8.8, "s": 6.2, "d": 6.0, "p": 6.6, "n": 6.4, "q": 7.2, "v": 7.3,
 
 
 def _boxes(picture: str) -> list[tuple[str, float, float, float, float]]:
-    """Every text with its left, right, top and bottom, estimated from its length."""
+    """Return every text with its left, right, top and bottom, estimated from its length."""
     found = []
     for node in ElementTree.fromstring(picture).iter(f"{_SVG}text"):
         kinds = node.get("class", "").split()

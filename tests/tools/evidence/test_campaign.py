@@ -35,7 +35,7 @@ TELEGRAM = (0x0100, 0, 19, *[0] * 13)
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[Compiled]:
-    """The campaign's program."""
+    """Return the campaign's program."""
     found = compiled_campaign()
     yield found
     found.program.close()

@@ -44,7 +44,7 @@ class _Here:
 
 
 def _rows(figures: dict[str, Any]) -> dict[str, str]:
-    """What the page shows."""
+    """Return the figures that the page shows."""
     check = next(one for one in CHECKS if one.name == "explore")
     return {label: told(figures) for label, told in check.rows}
 

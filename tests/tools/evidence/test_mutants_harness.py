@@ -344,7 +344,7 @@ tests = ["tests/robot"]
 
 @pytest.fixture
 def house(tmp_path: Path, repository: Path) -> Path:
-    """The harness with one module more, its test, and one generated block of the library."""
+    """Copy the harness with an additional module, its test, and one generated block."""
     house = tmp_path / "house"
     for folder in ("harness", "spec"):
         shutil.copytree(repository / folder, house / folder)

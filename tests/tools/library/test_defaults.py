@@ -71,7 +71,7 @@ _NOTHING = {"BOOL": False, "WORD": 0, "INT": 0, "DINT": 0, "REAL": 0.0, "STRING"
 
 
 def _blocks() -> dict[str, dict[str, str]]:
-    """The in-out pins, with their types, of each block that has the robot or an image."""
+    """Return the in-out pins, with types, of each block that has the robot or an image."""
     found = {}
     for file in LIBRARY:
         written = "Generated from" not in file.read_text(encoding="utf-8").partition("*)")[0]

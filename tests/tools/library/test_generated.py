@@ -16,7 +16,7 @@ BLOCKS = [name for name, block in library().blocks.items() if not block.handwrit
 
 
 def _parts(name: str) -> tuple[str, str, str]:
-    """The call with its request, the response, and the outputs at the end."""
+    """Return the call with its request, the response, and the outputs at the end."""
     text = (ROOT / library().blocks[name].file).read_text(encoding="utf-8")
     begin, end = text.index("  Job(Channel"), text.index("  Done := Job.Done;")
     call, found, response = text[begin:end].partition("  IF Job.Ended THEN")

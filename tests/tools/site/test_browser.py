@@ -90,11 +90,11 @@ class _Playground:
         WebDriverWait(self.browser, _LONGEST_S).until(lambda _: self.run(script), script)
 
     def seen(self) -> list[str]:
-        """What was said of its state since it was opened."""
+        """Return the states that the page has reported since it was opened."""
         return [str(one) for one in self.run("window.seenStates") or []]
 
     def finished(self) -> str:
-        """What is said of the run once it has ended."""
+        """Return the result text of the run after it has ended."""
         self.until(
             "document.getElementById('told')?.textContent && "
             "!document.getElementById('progress').classList.contains('on')"
@@ -108,7 +108,7 @@ class _Playground:
         self.run(f"document.querySelector({selector!r}).click()")
 
     def change(self, action: Callable[[], None]) -> str:
-        """What is said of the run that an action starts."""
+        """Start a run by an action, and return its result text."""
         self.run("document.getElementById('told').textContent = ''")
         action()
         return self.finished()
@@ -133,7 +133,7 @@ class _Playground:
         )
 
     def trace(self) -> list[str]:
-        """The lines that the button saves."""
+        """Return the lines that the button saves."""
         text = self.browser.execute_async_script(
             "const done = arguments[0], make = URL.createObjectURL;"
             "HTMLAnchorElement.prototype.click = () => {};"

@@ -23,7 +23,7 @@ _HERE = Path("harness/rcx_tools/site")
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, str]:
-    """Every page of the site's sources by its path."""
+    """Return every page of the site's sources by its path."""
     return {path: text.decode() for path, text in staged() if path.endswith(".md")}
 
 

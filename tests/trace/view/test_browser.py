@@ -44,7 +44,7 @@ class Page:
         wait.until(lambda _: condition())
 
     def run(self, expression: str) -> Any:
-        """What an expression of JavaScript gives."""
+        """Return the value of a JavaScript expression."""
         return self.browser.execute_script(f"return {expression}")
 
     def click(self, selector: str) -> None:
@@ -56,11 +56,11 @@ class Page:
         ActionChains(self.browser).send_keys(*keys).perform()
 
     def text(self, selector: str) -> str:
-        """The text of the first element that it selects."""
+        """Return the text of the first element that matches the selector."""
         return str(self.run(f"document.querySelector('{selector}')?.textContent ?? ''")).strip()
 
     def row(self, name: str) -> str:
-        """The value beside the name of a signal; empty where it has no row."""
+        """Return the value next to the name of a signal; empty without a row."""
         rows = self.run(
             "[...document.querySelectorAll('.row:not(.group)')]"
             ".map((row) => [row.querySelector('.name').textContent,"
@@ -69,12 +69,12 @@ class Page:
         return str(dict(rows).get(name, ""))
 
     def shown(self) -> tuple[float, float]:
-        """Which part of the time is seen [s]."""
+        """Return the visible part of the time [s]."""
         words = self.run("document.getElementById('plot').getAttribute('aria-label')").split()
         return float(words[2]), float(words[5])
 
     def painted(self) -> int:
-        """How many different colours the chart has: more than a few where something is drawn."""
+        """Return the number of colours in the chart: more than a few if something is drawn."""
         script = """(() => {
           const plot = document.getElementById("plot");
           const data = plot.getContext("2d").getImageData(0, 0, plot.width, plot.height).data;
@@ -110,7 +110,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def moving(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A YK610XEC whose axis 1 turns from 0 to 90 degrees; a robot of one axis without a model."""
+    """Return a YK610XEC whose axis 1 turns by 90 degrees, and a one-axis robot without a model."""
     scara = RobotConfig(robot=("YK610XEC",)).axes
     config = RobotConfig(robot=("YK610XEC",), axes=(*scara, Axis(robot=2)))
     controller = Controller(config)

@@ -15,7 +15,7 @@ LAMPS = Path(__file__).parent / "programs" / "Lamps.st"
 
 @pytest.fixture
 def lamps() -> Path:
-    """A program of which each scan is known by hand: in the n-th, C.Value is n, Doubled 2 n.
+    """Return a program whose scans are known: in the nth, C.Value is n and Doubled is 2 n.
 
     Lamp is DIM from the third scan on, BRIGHT from the sixth.
     """
@@ -24,7 +24,7 @@ def lamps() -> Path:
 
 @pytest.fixture
 def editor() -> Iterator[Editor]:
-    """An editor that has launched nothing yet."""
+    """Return an editor that has not launched anything."""
     made = Editor()
     yield made
     made.close()

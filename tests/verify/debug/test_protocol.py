@@ -136,7 +136,7 @@ def test_the_adapter_ends_with_its_client(lamps: Path) -> None:
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[tuple[int, str]]:
-    """A port that waits for clients, and its token."""
+    """Return a port that waits for clients, and its token."""
     process = subprocess.Popen(
         [*_RCX, "--port", "0", str(LAMPS)], stderr=subprocess.PIPE, text=True
     )

@@ -41,7 +41,7 @@ _ALONE = {"threads_per_worker": 1, "dashboard_address": ":0"}
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """Two workers; one that is killed is replaced, and an item may kill one."""
+    """Return two workers. A killed worker is replaced, and an item may kill one worker."""
     import dask
 
     failures = {"distributed.scheduler.allowed-failures": 0}
@@ -51,7 +51,7 @@ def cluster() -> Iterator[Any]:
 
 @pytest.fixture
 def farm(cluster: Any) -> Farm:
-    """A farm that works there."""
+    """Return a farm on the cluster."""
     return Farm(cluster=Cluster(cluster.scheduler_address))
 
 
@@ -188,7 +188,7 @@ def test_a_cluster_without_workers_is_reported() -> None:
 
 
 def other_package(folder: Path, repository: Path) -> Path:
-    """A copy of this package with another line; the folder to import it from."""
+    """Copy this package with an added line, and return the folder to import it from."""
     harness = folder / "harness"
     shutil.copytree(repository / "harness/structured_text", harness / "structured_text")
     with (harness / "structured_text/output/units.py").open("a") as stream:
@@ -254,7 +254,7 @@ def test_a_later_worker_with_other_sources_is_refused(tmp_path: Path, repository
 
 @pytest.fixture
 def certificates(tmp_path: Path, repository: Path) -> Path:
-    """Two folders with an authority and a certificate each, made as the page says."""
+    """Return two folders, each with an authority and a certificate, made as the page says."""
     if shutil.which("openssl") is None:
         pytest.skip("openssl not found (PATH)")
     page = (repository / "docs/how-to/cluster.md").read_text(encoding="utf-8")

@@ -22,7 +22,7 @@ def _block(variables: str, body: str, types: str = "") -> str:
 
 
 def _agrees(tmp_path: Path, source: str, scans: int = 80) -> None:
-    """The block of the source agrees, and in some scan it goes on."""
+    """Check that the block of the source agrees, and that some scan does not fail."""
     file = tmp_path / "tried.st"
     file.write_text(source, encoding="utf-8")
     subject = Subject.of([file])
@@ -32,7 +32,7 @@ def _agrees(tmp_path: Path, source: str, scans: int = 80) -> None:
 
 
 def _operations(kind: str) -> str:
-    """Every operation of an integer type."""
+    """Return every operation of an integer type."""
     lines = ["R[0] := A + B;", "R[1] := A - B;", "R[2] := A * B;", "R[3] := A MOD B;",
              "R[4] := MAX(A, B, C);", "R[5] := MIN(A, B, C);", "R[6] := LIMIT(A, B, C);",
              "R[7] := SEL(A > B, A, C);", "R[8] := ABS(A);", "R[9] := ADD(A, B, C);",

@@ -24,7 +24,7 @@ _PART = ("FC_RCXTICKETS", "FC_RCXREALBITS", "FB_SERVOON", "FB_RCXJOB", "FB_WRITE
 
 @pytest.fixture(scope="module")
 def library() -> Subject:
-    """What the compared blocks need of the library."""
+    """Return the part of the library that the compared blocks need."""
     own = [file for file in _FILES if file.stem.upper() in _PART]
     return Subject.of([*needed(own, _FILES), *own])
 
@@ -50,7 +50,7 @@ def test_the_same_seed_gives_the_same_scans(library: Subject) -> None:
 
 @pytest.fixture(scope="module")
 def bench() -> Subject:
-    """A few sources on matiec."""
+    """Return a few sources on matiec."""
     if reason := missing():
         pytest.skip(reason)
     files = [

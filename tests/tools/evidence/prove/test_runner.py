@@ -72,7 +72,7 @@ _GOOD = (
 
 @pytest.fixture
 def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A library of two blocks and a function, with two properties and a bug for each."""
+    """Return a library of two blocks and a function, with two properties and a bug for each."""
     folder = tmp_path / "lib"
     folder.mkdir()
     for name, text in (("FC_Clamp", _CLAMP), ("FB_A", _A), ("FB_B", _B)):
@@ -88,7 +88,7 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The goals that the solver is asked for."""
+    """Return a list of the goals that are passed to the solver."""
     names: list[str] = []
     real = jobs.answers
 

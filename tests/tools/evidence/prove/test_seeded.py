@@ -48,7 +48,7 @@ def _property(name: str, goals: Any, block: str) -> Property:
 
 @pytest.fixture
 def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A library of two blocks; two properties of one of them, and one of the other."""
+    """Return a library of two blocks: two properties of the first, one of the second."""
     folder = tmp_path / "lib"
     folder.mkdir()
     (folder / "FB_A.st").write_text(_A, encoding="utf-8")

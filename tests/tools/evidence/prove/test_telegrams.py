@@ -35,7 +35,7 @@ _BUGS = {
 
 @cache
 def _examples() -> Mapping[int, tuple[dict[str, Any], list[int]]]:
-    """What the prose of each worked example gives, and the 16 words that count."""
+    """Return the values in the prose of each worked example, and the 16 words as meant."""
     found = {}
     for one in load_toml(ROOT / "tests/data/worked_examples.toml")["example"]:
         words = [int(word, 16) for word in one.get("meant_command", one["command"]).split()]
@@ -178,7 +178,7 @@ def test_the_pins_of_an_example_say_its_words(number: int) -> None:
 
 
 def _library(folder: Path, block: str, bug: str = "") -> Library:
-    """What one block needs of plc/lib, perhaps with a bug."""
+    """Return the part of plc/lib that one block needs, perhaps with a bug."""
     whole = Library((ROOT / "plc/lib").resolve())
     sources = {file.stem: file for file in sorted(whole.folder.rglob("*.st"))}
     needed, waiting = set(), [block]
@@ -201,7 +201,7 @@ def _library(folder: Path, block: str, bug: str = "") -> Library:
 
 
 def _not_proved(library: Library, block: str) -> dict[str, list[str]]:
-    """The goals of each property that are not proved."""
+    """Return the goals of each property that are not proved."""
     return {
         item.name: [
             goal.name

@@ -30,7 +30,7 @@ _PARTS = (
 
 
 def _library(folder: Path, bug: str = "") -> Library:
-    """As much of plc/lib as the turns need, with a seeded bug."""
+    """Return the part of plc/lib that the turns need, perhaps with a seeded bug."""
     files = sorted(_LIB.rglob("*.st"))
     wanted = [file for file in files if file.stem in _BLOCKS]
     for file in {*wanted, *needed(wanted, files)}:
