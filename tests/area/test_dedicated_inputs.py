@@ -104,7 +104,7 @@ def test_the_interval_is_a_parameter_but_never_below_100_ms(
 
 
 def test_the_default_margin_covers_an_rpi_of_100_ms_and_45_ms_of_jitter() -> None:
-    """A change may reach the controller one RPI and one 5 ms cycle late, the next one at once."""
+    """A change may arrive one RPI and one 5 ms cycle late, and the next change at once."""
     plc = PlcBench(margin=None)
     assert [time for time, _ in _changes(plc, 60)] == [250, 500]
 
@@ -148,7 +148,7 @@ def alone(compiled: Alone) -> Alone:
 def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_out(
     alone: Alone,
 ) -> None:
-    """The first reading found a link, a block asked for SI(15), the second reading found none.
+    """The first reading saw a link and a block requested SI(15); the second reading saw no link.
 
     Source: manual chapter 1, 5.2.
     """

@@ -232,7 +232,7 @@ def test_a_shared_word_is_valid_only_while_no_response_is_shown() -> None:
 
 
 def test_a_status_that_nobody_asked_for_makes_the_shared_words_invalid_at_once() -> None:
-    """As at the start of a PLC that left its last command at the controller.
+    """A PLC that starts may find a status of its last command at the controller.
 
     Source: guide chapter 1, 1.2: a status other than 0x0000 has a response beside it.
     """

@@ -131,7 +131,7 @@ def test_when_the_controller_is_gone_the_code_is_withdrawn_and_nothing_restarts(
 
 
 def test_after_a_recovery_the_code_stays_0_until_the_controller_has_seen_it() -> None:
-    """One interval (120 ms here), so that no packet carries the next code over the old one."""
+    """The code stays 0 for one interval (120 ms here), so that no packet skips the 0."""
     plc = _plc()
     plc.change("Connected", to=False)
     plc["Connected"] = True
@@ -144,7 +144,7 @@ def test_after_a_recovery_the_code_stays_0_until_the_controller_has_seen_it() ->
 
 
 def test_a_status_that_falls_back_to_ready_without_an_end_is_an_error() -> None:
-    """As after a restart of the controller that the scanner did not notice."""
+    """The controller may restart without the scanner noticing it."""
     plc = _plc()
     plc.change("First.Execute", to=True, scans=2)
     plc.answer(0x0100, scans=2)
@@ -154,7 +154,7 @@ def test_a_status_that_falls_back_to_ready_without_an_end_is_an_error() -> None:
 
 
 def test_after_such_a_fall_the_code_stays_0_until_the_controller_has_seen_it() -> None:
-    """One interval (120 ms here), as after a recovery of the link."""
+    """The code stays 0 for one interval (120 ms here), as after a recovery of the link."""
     plc = _plc()
     plc.change("First.Execute", to=True, scans=2)
     plc.answer(0x0100, scans=2)

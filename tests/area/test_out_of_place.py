@@ -106,7 +106,7 @@ def _move(plc: PlcBench, place: str) -> None:
 def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_it(
     place: str, block: str, input_name: str, kept: list[str], words: str
 ) -> None:
-    """It goes out with the next FB_WriteArea; the block says where it was called.
+    """The stop goes out with the next FB_WriteArea, and the block reports where it was called.
 
     Source: manual chapter 5, 2: SI(00) and SI(06) OFF stop; docs/reference/errors.md, 16#8017.
     """
@@ -182,7 +182,10 @@ def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words
 
 
 def test_a_block_that_is_called_before_the_first_reading_of_all_is_refused() -> None:
-    """Nothing of the controller is known then. Source: docs/reference/errors.md, 16#8017."""
+    """Before the first reading, the state of the controller is unknown.
+
+    Source: docs/reference/errors.md, 16#8017.
+    """
     plc = _first()
     _move(plc, "Early")
     plc["Moving.Execute"] = True
@@ -218,7 +221,7 @@ def test_an_output_of_positions_whose_block_moves_is_ended_by_the_status_reset(p
 
 @pytest.mark.parametrize("order", ["There", "Early"])
 def test_a_block_that_changes_its_place_from_scan_to_scan_sends_at_most_once(order: str) -> None:
-    """One Execute, one command at most, whatever the order. Source: errors.md, 16#8017."""
+    """One Execute sends at most one command, in any order of calls. Source: errors.md, 16#8017."""
     plc = _up()
     places = ["There", "Late", "Early"]
     codes, before = 0, 0
@@ -319,7 +322,7 @@ def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str
 def test_a_relative_movement_goes_its_way_once_or_not_at_all(
     moved: Callable[[str, str, int], Cell], engine: str, skip: str
 ) -> None:
-    """Whether the controller shows 0x0100 or not; place 3 is between the areas of another robot.
+    """This holds with and without status 0x0100. Place 3 is between the areas of another robot.
 
     Source: remote command guide 1.2: the status 0x0100 may be skipped; docs/reference/errors.md,
     16#8017.

@@ -204,7 +204,7 @@ def test_without_pymodbus_it_says_what_to_install(
 
 @pytest.mark.exhaustive
 def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter) -> None:
-    """Nothing has to be started again."""
+    """Both sides start later, and the bridge needs no restart."""
     host, port = adapter.address
     plc = ModbusPlc()
     plc.stop()
@@ -244,7 +244,10 @@ def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
 def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
     bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured, part: type, work: str
 ) -> None:
-    """Either thread: the one that exchanges, the one that keeps the robot's connection."""
+    """Two threads exchange data and hold the robot's connection.
+
+    The end of either ends the command.
+    """
 
     def fail(worker: object) -> None:
         raise SystemExit  # a thread that ends without a traceback

@@ -88,7 +88,7 @@ def running(scene: Scene) -> Scene:
 
 
 def test_words_are_little_endian_as_the_library_reads_them() -> None:
-    """Byte m is the low half of SOW(0), byte m + 1 the high one.
+    """Byte m is the low half of SOW(0), byte m + 1 the high half.
 
     Source: manual chapter 1, 4.1.
     """

@@ -132,7 +132,7 @@ def test_the_plcs_words_and_its_life_word_go_in_one_writing(loop: Loop, room: Ro
 def test_the_plcs_words_are_sent_for_a_limited_time_zeros_for_ever(
     loop: Loop, room: Room, robot: Robot
 ) -> None:
-    """A bridge whose process stands still must not keep the robot going."""
+    """A bridge process that hangs must not keep the robot moving."""
     loop.turn()
     assert robot.valid_us is None
     run(loop, room)
@@ -220,7 +220,7 @@ def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room:
 
 
 def test_figures_are_of_the_exchanges_that_succeeded(loop: Loop, room: Room) -> None:
-    """Reading and writing take 2 ms each; 10 ms from one to the next."""
+    """Reading and writing take 2 ms each; 10 ms pass from one exchange to the next."""
     run(loop, room)
     for _ in range(20):
         room.now_us += 6_000

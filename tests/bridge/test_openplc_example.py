@@ -151,7 +151,7 @@ def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
 
 @pytest.mark.exhaustive
 def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) -> None:
-    """Its Modbus server goes on answering with the last words."""
+    """The program's Modbus server continues to answer with the last words."""
     power_up(bench, plc)
     program = plc.program
     plc.scan = lambda now_us, holds: None  # type: ignore[method-assign]

@@ -134,9 +134,9 @@ def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) 
 
 @pytest.mark.exhaustive
 def test_expired_words_are_not_sent_until_new_words_come(adapter: Adapter, link: RobotLink) -> None:
-    """Who has stopped writing must not keep the robot going.
+    """A PLC that has stopped writing must not keep the robot moving.
 
-    Twenty packets of the robot have come meanwhile, as many as would have gone the other way.
+    In the meantime twenty packets arrive from the robot, as many as would have been sent.
     """
     link.opener.open()
     until(lambda: adapter.shared.owner is OwnerState.RUN)

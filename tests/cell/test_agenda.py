@@ -55,7 +55,7 @@ def test_each_kind_of_event_is_over_before_the_next() -> None:
 
 
 def test_another_period_counts_from_the_next_event_on() -> None:
-    """What is already due keeps its time.
+    """An event that is already due keeps its time.
 
     Source: Agenda.periods.
     """

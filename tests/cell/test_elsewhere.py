@@ -91,7 +91,10 @@ def _echoes(cell: Cell, adapter: Adapter, value: int) -> None:
 def test_the_program_reads_and_writes_the_controllers_areas(
     far: Build, adapter: Adapter, told: Told, tmp_path: Path
 ) -> None:
-    """Nothing is simulated: the trace has the PLC's scans alone, judged as in every run."""
+    """The controller is not simulated.
+
+    The trace contains only the PLC's scans, and the monitors check them as in every run.
+    """
     trace = tmp_path / "trace.jsonl"
     cell = far(trace=trace)
     assert not cell["Main.Connected"]
@@ -127,7 +130,7 @@ def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> No
 
 
 def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
-    """What the controller assumes of SI(00) and SI(06) without a master, whatever was asked for.
+    """Without a master, the controller uses its own assumption for SI(00) and SI(06).
 
     Source: manual chapter 1, 5.2
     """

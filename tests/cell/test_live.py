@@ -141,7 +141,7 @@ def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
 def test_the_command_line_runs_it_for_a_given_time(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """As many scans and cycles as in lock-step; the run may only take longer."""
+    """The run has as many scans and cycles as in lock-step; it may only take longer."""
     demo, trace = repository.joinpath(*DEMO), tmp_path / "trace.jsonl"
     options = ["--link", "enip", "--realtime", "--for", "200ms", "--trace", str(trace)]
     assert main(["run", str(demo), "--engine", "builtin", *options]) == 0

@@ -184,7 +184,7 @@ def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: 
 
 
 def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
-    """Scans and Blink change in each scan, State in the third one."""
+    """Scans and Blink change in each scan, State in the third scan."""
     cell = watched("Main.Scans,Main.Blink,Main.State", robot=RobotConfig(boot_time=0.0))
     timeline = Timeline(cell.trace)
     cell.trace.listen(timeline.take)

@@ -65,7 +65,7 @@ def test_a_new_project_passes_its_tests(rcx: Rcx, tmp_path: Path, windows: dict[
 def test_a_run_is_the_same_byte_for_byte_and_its_chart_is_of_ascii(
     rcx: Rcx, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, engine: str
 ) -> None:
-    """With matiec a library is loaded, whose file stays until it is unloaded."""
+    """With matiec a library is loaded; its file remains until it is unloaded."""
     if missing := why_not(engine):
         pytest.skip(missing)
     monkeypatch.chdir(tmp_path)

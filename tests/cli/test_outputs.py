@@ -139,7 +139,7 @@ def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
-    """As `--trace /dev/stdout`; here a pipe."""
+    """`--trace /dev/stdout` is such a case; the test uses a pipe."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)

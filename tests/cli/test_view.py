@@ -105,7 +105,7 @@ def test_a_cut_capture_is_shown_up_to_the_cut(tmp_path: Path, capsys: Captured) 
 
 
 def test_a_recording_of_rcx_scan_is_judged_too(tmp_path: Path) -> None:
-    """Both inputs in one look: the PLC's rule (manual chapter 5, 3, caution)."""
+    """Both inputs change in one scan, which breaks a PLC rule (manual chapter 5, 3, caution)."""
     trace = tmp_path / "scan.jsonl"
     ready = "00" * 32 + "1201" + "00" * 14
     lines = [_HEAD.replace("}", ',"by":"rcx scan"}').strip()]
@@ -165,7 +165,7 @@ def test_a_missing_recording_is_one_line(tmp_path: Path, capsys: Captured) -> No
 def test_a_run_writes_the_page_that_its_trace_gives(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """The same content; above it stands what a chart of the run has there."""
+    """The content is the same; above it is what a chart of the run shows there."""
     example = repository / "plc/examples/04_pick_and_place"
     trace, page = tmp_path / "t.jsonl", tmp_path / "run.html"
     options = [f"--stimulus={example / 'stimulus.toml'}", f"--robot={example / 'robot.toml'}"]

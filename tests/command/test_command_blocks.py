@@ -327,7 +327,7 @@ def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
 def test_an_edge_right_after_the_end_is_shown_is_taken(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Execute fell before the end, which is shown for one scan; in the next call it rises."""
+    """Execute falls before the end, which is shown for one scan, and rises in the next call."""
     first = reading.draw(chance)
     other = _another(reading, chance, first)
     plc.send(first)

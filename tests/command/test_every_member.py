@@ -98,7 +98,7 @@ def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
 
 @every_block_of_the_reading
 def test_robots_and_defaults_go_out_as_the_manual_has_them(block: Pins) -> None:
-    """The robot in bits 15 to 12 of n, where the table has one; nothing else given but defaults.
+    """Bits 15 to 12 of n have the robot number if the table has a robot; other pins have defaults.
 
     Source: remote command guide 4.2 to 4.9, robot designation.
     """

@@ -40,7 +40,7 @@ def test_the_axis_moves_while_enable_is_true_and_stands_where_the_outputs_say(ce
 
 
 def test_after_a_jog_the_next_command_goes_out(cell: Cell) -> None:
-    """It comes back ready: a command that waits goes out once SI(06) has been ON again."""
+    """A waiting command goes out once SI(06) has been ON again."""
     cell["Main.Jog.Enable"] = True
     cell.run("200ms")
     cell["Main.Jog.Enable"] = False

@@ -27,7 +27,7 @@ def test_no_case_is_there_twice() -> None:
 
 
 def test_every_command_block_and_every_sequence_is_there() -> None:
-    """Found by the pins; by the folders there are as many."""
+    """The blocks are recognised by their pins; the number of files in the folders is the same."""
     assert {*BLOCKS} == {*library().edge, *library().level}
     assert len(BLOCKS) > 100
 

@@ -185,7 +185,9 @@ def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
 def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out(
     engine: str, place: str
 ) -> None:
-    """And not one that it asks for later: Execute stays TRUE. Another one works meanwhile.
+    """Execute stays TRUE, but a later request does not go out either.
+
+    Another block works meanwhile.
 
     Source: docs/reference/errors.md, 16#8017.
     """
@@ -216,7 +218,7 @@ def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out
 def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_more_goes_out(
     engine: str, place: str, also: bool
 ) -> None:
-    """What is out is held to its end, and then the next one has its turn.
+    """A command that was sent is held to its end; then the next block gets the turn.
 
     Source: docs/reference/errors.md, 16#8017; guide chapter 2: code and data stand until the
     status is seen.

@@ -228,7 +228,7 @@ def test_bytes_beyond_ascii_are_escapes_and_what_would_belong_to_them_too(
 
 
 def test_the_table_for_panels_has_every_alarm_error_command_and_signal() -> None:
-    """The status reset is no command that a panel can see."""
+    """The status reset is not a command that a panel can see."""
     text = (ROOT / "docs/reference/texts.csv").read_text(encoding="utf-8-sig")
     rows = list(csv.DictReader(io.StringIO(text)))
     counts: dict[str, int] = {}

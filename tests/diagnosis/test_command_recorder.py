@@ -192,7 +192,7 @@ def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_change
 def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
     recorder: Recorder,
 ) -> None:
-    """What FB_WriteArea takes back is its own doing.
+    """FB_WriteArea itself takes inputs back when the link is lost.
 
     Source: manual chapter 1, 5: SI(00) and SI(06) are OFF in the error state.
     """
@@ -207,7 +207,7 @@ def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
 
 
 def test_what_is_on_when_the_link_comes_is_kept_but_is_no_fault() -> None:
-    """Before SI(00) is ON the controller stands in emergency stop, and its alarm 12.600 is on.
+    """Until SI(00) is ON, the controller is in emergency stop with alarm 12.600.
 
     Source: manual chapter 5, 3.1
     """

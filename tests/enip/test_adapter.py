@@ -157,7 +157,7 @@ def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]])
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_the_adapter_ends_when_its_parent_is_killed() -> None:
-    """The parent's standard error is open as long as one of the two lives."""
+    """The parent's standard error stays open while either process lives."""
     program = (
         "from rcx_harness.enip.target.adapter import Adapter\n"
         "adapter = Adapter()\n"

@@ -67,7 +67,10 @@ def close_owner(master: Client) -> bytes:
 def test_an_adapter_on_all_addresses_answers_with_the_address_that_was_asked(
     wire: socket.socket,
 ) -> None:
-    """Over UDP and over TCP; nobody can connect to 0.0.0.0. Attribute 5 has one of ours, too."""
+    """UDP and TCP both show the address, because nobody can connect to 0.0.0.0.
+
+    So does attribute 5.
+    """
     told = struct.pack(">HH4s8x", 2, 0, bytes([127, 0, 0, 1]))
     with Adapter(host="0.0.0.0") as adapter:
         port = adapter.address[1]
@@ -109,7 +112,10 @@ def test_a_port_of_cyclic_io_in_use_is_reported(wire: socket.socket) -> None:
 
 
 def test_a_cyclic_connection_owns_the_outputs_until_it_is_closed(adapter: Adapter) -> None:
-    """It outlives the TCP connection that opened it; another one of the same machine closes it."""
+    """The connection outlives the TCP connection that opened it.
+
+    Another TCP connection of the same machine closes it.
+    """
     with Client(*adapter.address) as master:
         assert len(open_owner(master)) == 26
         assert master.get_attribute(1, 1, 5) == bytes.fromhex("7100")

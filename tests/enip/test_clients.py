@@ -85,7 +85,7 @@ def test_cpppo_reads_the_identity(adapter: Adapter) -> None:
 
 
 def test_cpppo_reads_by_unconnected_send_to_the_device_itself(adapter: Adapter) -> None:
-    """Without --simple it wraps the request for a route over port 1, address 0."""
+    """Without --simple, cpppo wraps the request for a route over port 1, address 0."""
     (shown,) = cpppo_client(adapter, "@4/100/4", simple=False)
     assert shown == "0x0004/100/4 == [48, 0]"
 
@@ -123,7 +123,7 @@ def test_pycomm3_reads_and_writes_the_assemblies(adapter: Adapter, pycomm: Pycom
 
 
 def test_pycomm3_reads_the_assemblies_over_a_connection_of_class_3(adapter: Adapter) -> None:
-    """It opens by Large Forward Open to the Message Router and sends SendUnitData."""
+    """pycomm3 sends a Large Forward Open to the Message Router, then SendUnitData."""
     with pycomm3.CIPDriver(name_of(adapter)) as client:
         answer = client.generic_message(GET_SINGLE, 4, 100, 3)
         assert client.connected
@@ -135,7 +135,7 @@ def test_pycomm3_reads_the_assemblies_over_a_connection_of_class_3(adapter: Adap
 def test_pycomm3_reads_with_the_route_that_it_sends_by_default(
     adapter: Adapter, route: str, wrapped: bool
 ) -> None:
-    """It puts the route behind the request as it is, or wraps both into an Unconnected Send."""
+    """pycomm3 appends the route to the request, or wraps both into an Unconnected Send."""
     with pycomm3.CIPDriver(name_of(adapter) + route) as client:
         ask = partial(client.generic_message, connected=False, unconnected_send=wrapped)
         read = [ask(GET_SINGLE, 4, 100, 3), ask(GET_ALL, 1, 1)]

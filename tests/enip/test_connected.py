@@ -198,7 +198,10 @@ def test_a_connection_never_used_times_out_after_ten_seconds(bench: Any) -> None
 
 
 def test_six_and_more_connections_at_a_time_but_not_any_number(bench: Any) -> None:
-    """16 of one machine, 32 of all, then extended status 0x113; the last four are for others."""
+    """A machine may have 16, all machines 32; then extended status 0x113.
+
+    The last four are reserved for other machines.
+    """
 
     def open_from(peer: str, serial: int) -> bytes:
         triad = f"{serial:02X}00 4D00 EFBEADDE"

@@ -97,7 +97,7 @@ def test_a_scanner_that_owns_nothing_sends_a_heartbeat(images: SharedImages) -> 
 
 
 def test_a_scanner_alone_may_listen_only(images: SharedImages) -> None:
-    """Which connections there are beside it is the adapter's matter."""
+    """The adapter decides which other connections a listener needs."""
     scanner = Device(images, Role.ORIGINATOR)
     for one in (INPUT_ONLY, LISTEN_ONLY):
         scanner.exchange.add(replace(one, peer=ROBOT, destination=ROBOT), 0)

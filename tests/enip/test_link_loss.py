@@ -122,7 +122,7 @@ def test_a_reader_comes_and_goes_without_the_controller_noticing(master: LiveMas
 
 
 def test_a_reader_alone_is_no_connection_to_the_controller(master: LiveMaster) -> None:
-    """Without a master the connection error state (2) of power-on stays.
+    """Without a master, the connection error state (2) of power-on remains.
 
     Source: manual chapter 1, 5.3
     """

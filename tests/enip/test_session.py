@@ -266,9 +266,9 @@ def test_the_65th_session_is_refused_until_another_ends(bench: Any) -> None:
 
 
 def test_a_forward_open_brings_the_socket_address_of_the_cyclic_io(registered: Session) -> None:
-    """Behind the message: item 0x8000, AF_INET, port 2222, our address.
+    """The answer ends with a socket address item (0x8000): AF_INET, port 2222, our address.
 
-    The T->O item of the request (port 0x1234) is understood.
+    The adapter accepts the T->O item of the request (port 0x1234).
     """
     message = forward_open()
     length = len(bytes.fromhex(message))

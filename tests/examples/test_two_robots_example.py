@@ -77,7 +77,7 @@ def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
 
 
 def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_waits() -> None:
-    """Until the second one is known to be at its place: then both go on.
+    """When the second robot is known to be at its place again, both continue.
 
     Source: manual chapter 1, 5.2 (link loss), for each controller by itself.
     """
@@ -103,7 +103,7 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
 def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
     name: str, one: str, other: str, fault: str
 ) -> None:
-    """Two blocks that end in one scan: the number of one of them, never one made of both.
+    """If two blocks end in one scan, the number belongs to one of them; it is never a mixture.
 
     Source: docs/reference/errors.md.
     """
@@ -185,7 +185,7 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
 def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
     name: str, waits: str
 ) -> None:
-    """The pendant of the second robot, whose place is not known yet, is plugged in.
+    """The pendant of the second robot is plugged in, and its place is not known yet.
 
     Source: head of TwoRobots.st: a fault of one is no fault of the other.
     """

@@ -173,10 +173,10 @@ def test_bools_of_structures_are_bits_of_hidden_bytes(cell: Path) -> None:
 
 
 def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> None:
-    """What the Prescan routines and the first scan leave is what a new controller has.
+    """The Prescan routines and the first scan leave the state of a new controller.
 
-    A controller prescans every instruction, behind a condition that is FALSE, too; what is read
-    does it with its first call, so what an idle block does not call is still to come.
+    A controller prescans every instruction, including those behind a FALSE condition. The imported
+    program does it with its first call, so calls of idle blocks are still to come.
 
     Source: 1756-PM010, Prescan routine; chapter 5, 3.1: nothing starts by itself.
     """

@@ -293,7 +293,7 @@ END_PROGRAM
 
 
 def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Path) -> None:
-    """Read back, the program begins with the same values and goes on with the same ones.
+    """Read back, the program starts and continues with the same values.
 
     Source: 1756-PM010, Prescan routine.
     """

@@ -135,7 +135,7 @@ def test_every_library_name_and_no_other_has_the_prefix(target: str, prefix: str
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", ["st", "plcopen", "l5x"])
 def test_a_renamed_example_has_the_same_trace(target: str, prefix: str, tmp_path: Path) -> None:
-    """As one file, as PLCopen XML read back, and as Logix instructions read back."""
+    """The export is one file, PLCopen XML read back, or Logix instructions read back."""
     example = EXAMPLES[0]
     name = {"st": "one.st", "plcopen": "one.xml", "l5x": "one.L5X"}[target]
     files = write(TARGETS[target].write(_renamed(prefix)), tmp_path / name)

@@ -190,7 +190,7 @@ def test_the_table_names_known_constructs_tools_and_sources() -> None:
 
 
 def test_a_construct_without_a_source_is_assumed() -> None:
-    """Neither taken nor refused: `None`, told as "may be refused"."""
+    """The construct is neither accepted nor refused: `None`, reported as "may be refused"."""
     at = Position(1, 1)
     keyence = tools()["keyence"]
     assert all(keyence.verdict(Use(name, Path("x.st"), at)) is None for name in CONSTRUCTS)

@@ -84,7 +84,7 @@ def test_an_export_is_the_same_every_time(target: str) -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("target", TARGETS)
 def test_the_library_is_carried_whole(target: str) -> None:
-    """Where there are no bytes, the blocks for words stand for the others."""
+    """If a target has no bytes, the blocks for words replace the others."""
     assert {one.name for one in library().parts} == {file.stem for file in _LIB.rglob("*.st")}
     output = TARGETS[target].write(library())
     assert all(one.replaced for one in output.missing), output.missing

@@ -165,7 +165,7 @@ def test_later_functions_and_blocks_are_refused_by_name(target: str, tmp_path: P
 
 @pytest.mark.parametrize("name", sorted(file.stem for file in FOLDER.glob("*.toml")))
 def test_every_entry_of_a_list_has_a_source(name: str) -> None:
-    """And each form is one of a name with parameters, or an operator."""
+    """Each form is a name with parameters, or an operator."""
     found = words(name)
     assert len(found.sources) >= len(found.functions) + len(found.blocks) + 3
     for entry, source in found.sources.items():
@@ -331,7 +331,7 @@ def _scanned(program: Program, scan: int, b: bool, c: bool) -> tuple[object, obj
 
 
 def test_functions_of_the_users_get_their_arguments_by_name_in_scl(tmp_path: Path) -> None:
-    """SCL takes arguments of more than one parameter by name."""
+    """SCL passes the arguments by name if there is more than one parameter."""
     own = (
         "FUNCTION FC_Of : INT\n  VAR_INPUT\n    First, Second : INT;\n  END_VAR\n"
         "  FC_Of := First - Second;\nEND_FUNCTION\n"

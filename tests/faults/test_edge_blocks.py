@@ -15,7 +15,7 @@ _TOLD = 3
 
 
 def test_every_edge_triggered_block_has_a_scenario() -> None:
-    """The generated blocks are alike (tests/tools/library/test_generated.py): two stand for all."""
+    """Generated blocks are alike (tests/tools/library/test_generated.py), so two represent all."""
     alike = {path.rpartition("/")[2].removesuffix(".st") for path in generated()}
     assert set(library().edge) - alike == set(SCENARIOS) - {"FB_MovePtp", "FB_ReadPoint"}
 

@@ -355,7 +355,7 @@ def test_changes_of_other_sizes_are_shown_by_their_bytes(other: Adapter) -> None
 def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     running: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It is connected to 100 and 150 here, as another adapter would let it be to 101 and 151."""
+    """The scanner is connected to 100 and 150, as another adapter would allow 101 and 151."""
     forward_open = OpenRequest.forward_open
     monkeypatch.setattr(
         *(OpenRequest, "forward_open"),

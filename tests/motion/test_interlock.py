@@ -157,7 +157,7 @@ def test_it_is_held_until_the_robot_is_outside() -> None:
 
 
 def test_outside_alone_does_not_release_it() -> None:
-    """It has been granted and is on its way in, or goes in again."""
+    """The robot may have the grant and be on its way in, or go in again."""
     table = _table(1, 2)
     for outside in (False, True):
         table["Lock1.Outside"] = outside
@@ -241,7 +241,7 @@ def test_a_robot_lost_in_the_area_holds_it_until_acknowledge(signal: str, number
 
 
 def test_a_robot_that_stands_in_the_area_without_enable_keeps_it_too() -> None:
-    """It holds the area until it is outside, and is lost meanwhile."""
+    """The robot holds the area until it is outside; meanwhile its link is lost."""
     table = _table(1)
     table["Lock1.Outside"] = False
     table.leave(1)
@@ -311,7 +311,7 @@ def test_a_waiting_robot_that_is_lost_gives_its_place_up() -> None:
 
 
 def test_a_place_that_is_not_known_any_more_counts_as_inside() -> None:
-    """A position bit goes FALSE with the link; the robot was outside, and nothing is kept."""
+    """A position bit goes FALSE with the link. The earlier position, outside, is not remembered."""
     table = _table()
     table["Robot2.Connected"] = table["Lock2.Outside"] = False
     assert table.scan() == "- -* -"
@@ -355,9 +355,9 @@ def test_a_wait_has_a_limit() -> None:
     [("T#1ms", 1), ("T#300ms", 30), ("T#301ms", 31), ("", 6000), ("T#0s", None)],
 )
 def test_a_time_limit_counts_from_the_scan_of_the_request(limit: str, scans: int | None) -> None:
-    """The scan of 10 ms in which it is reached ends the wait.
+    """The wait ends in the 10 ms scan in which the limit is reached.
 
-    Without a limit of the user's it is a minute; T#0s is no limit.
+    The default limit is one minute; T#0s means no limit.
     """
     table = _table()
     if limit:
@@ -433,7 +433,7 @@ def test_requests_that_are_given_up_in_one_scan_cost_nothing_either() -> None:
 
 @pytest.mark.parametrize("pause", [1, 2])
 def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None:
-    """What it saw in its last wait is not of now: the area passes on within the scan."""
+    """What the robot saw in its last wait is outdated. The area passes on within the scan."""
     table = _table(2, 3, 1)
     table["Lock1.Enable"] = False
     table.scan(pause)

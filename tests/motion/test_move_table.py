@@ -150,7 +150,7 @@ _NONE, _ALL = [{}, *rows_to(2)], rows_to(*range(1, 51))
 def test_the_rows_run_one_after_the_other(
     rows: list[Row], pins: dict[str, Any], points: list[int], engine: str
 ) -> None:
-    """From StartRow to MOVE_END, Rows or the end of the array, or back to row 1.
+    """The table runs from StartRow to MOVE_END, Rows or the end of the array, or back to row 1.
 
     Source: RCX_MOVE_KIND; RCX_MOVES: rows 1 to 50; the block's pins.
     """
@@ -213,7 +213,7 @@ def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
-    """Where that row ends normally, nothing is missing. Source: pin Done: all rows are done."""
+    """If the last row ends normally, nothing is missing. Source: pin Done: all rows are done."""
     plc = moving(*rows_to(1), engine=engine)
     plc["Table.Abort"] = True
     plc.scan(5)

@@ -484,7 +484,7 @@ def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
 
 
 def test_a_ladder_beside_a_replaced_body_is_named_in_its_own_file(tmp_path: Path) -> None:
-    """Its line is one of the project, not of the user's file."""
+    """The line number belongs to the project, not to the user's file."""
     ladder = _L5X.replace("MainRoutineName", "Main", 0).replace(
         '<Routine Name="Check"', '<Routine Name="Spare" Type="RLL"/>\n<Routine Name="Check"'
     )

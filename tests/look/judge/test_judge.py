@@ -247,7 +247,7 @@ def test_the_interval_is_judged_to_the_tolerance(
     "name", ["an edge after 90 ms", "a code taken back", "an end without a reset"]
 )
 def test_no_rule_is_judged_across_packets_that_are_missing(tmp_path: Path, name: str) -> None:
-    """Without the packet before a change there is nothing to compare it with."""
+    """Without the packet before a change, there is no area to compare with."""
     made = _recorded(name, 2_200 * MS)
     made.story.packets = [
         (t_us, data)
@@ -261,7 +261,7 @@ def test_no_rule_is_judged_across_packets_that_are_missing(tmp_path: Path, name:
 
 
 def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Path) -> None:
-    """SI(17) is ON for 90 ms; of the packets in between every second one is missing."""
+    """SI(17) is ON for 90 ms; every second packet of that time is missing."""
     made = _recorded("an edge after 90 ms")
     changed = (1_000 * MS, 1_010 * MS, 1_080 * MS, 1_090 * MS)
     made.story.packets = [
@@ -275,7 +275,7 @@ def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Pat
 
 
 def test_data_that_come_with_their_code_are_noted(tmp_path: Path) -> None:
-    """Data are there one scan before the code (guide 1.1); the packets may be further apart."""
+    """Data come one scan before the code (guide 1.1); the packets may be further apart."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})
     made.until(1_100 * MS)
@@ -308,7 +308,7 @@ def test_an_end_is_timed_once_and_a_reserved_bit_reported_once(tmp_path: Path) -
 
 
 def test_a_command_from_before_the_recording_breaks_no_rule(tmp_path: Path) -> None:
-    """A command that was changed before goes on with 16#0100, then 16#0000 (guide 1.1)."""
+    """A command that was changed before ends with 16#0100, then 16#0000 (guide 1.1)."""
     story = Story()
     story.open(0)
     for k in range(1, 20):

@@ -138,7 +138,7 @@ def test_a_reader_beside_the_owner_does_not_count_as_what_the_plc_reads(tmp_path
 
 
 def test_equal_identifiers_of_two_controllers_are_distinct(tmp_path: Path) -> None:
-    """Each adapter chooses its identifiers for itself."""
+    """Each adapter chooses its own identifiers."""
     first, second = _quiet(Story()), _quiet(Story(controller="192.168.0.11"), 3_000, 5)
     second.both(100_000, FREE, area(dedicated=0x0112))
     heard = Heard(tmp_path, first, second)
@@ -149,7 +149,7 @@ def test_equal_identifiers_of_two_controllers_are_distinct(tmp_path: Path) -> No
 
 
 def test_a_connection_that_is_opened_again_is_a_new_one(tmp_path: Path) -> None:
-    """Its numbers begin anew, and nothing is judged from the old one's areas."""
+    """The packet numbers restart, and the old connection's areas are not used."""
     story = _quiet(Story())
     story.open(1_000_000)
     story.both(1_010_000, area(dedicated=0x8043), OK)

@@ -92,7 +92,7 @@ def browser() -> Iterator[WebDriver]:
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Ten minutes of a program that breaks a rule at 300 s: SI(00) and SI(06) in one scan."""
+    """Return a trace of ten minutes. At 300 s SI(00) and SI(06) change in one scan, a violation."""
     folder = tmp_path_factory.mktemp("view")
     program = Path(__file__).parents[2] / "cell/programs/RawArea.st"
     (folder / "lib").mkdir()

@@ -22,7 +22,7 @@ def _block(variables: str, body: str, types: str = "") -> str:
 
 
 def _agrees(tmp_path: Path, source: str, scans: int = 80) -> None:
-    """Check that the block of the source agrees, and that some scan does not fail."""
+    """Check that the block of the source agrees, and that not every scan ends in a fault."""
     file = tmp_path / "tried.st"
     file.write_text(source, encoding="utf-8")
     subject = Subject.of([file])
