@@ -112,7 +112,7 @@ def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) 
 
 
 def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder stands in its place by now; a network drive tells at the end that it is full."""
+    """The path is a folder by now, or a network drive reports at close that it is full."""
     place = tmp_path / "a"
     place.write_text("old")
     file = OutputFile(place)

@@ -231,7 +231,7 @@ def test_a_folder_with_files_is_refused_and_stays_as_it_is(
 
 @pytest.mark.parametrize("model", ["YK400XE", "YK1200XG", "SXYX"])
 def test_a_named_robot_reaches_both_points(tmp_path: Path, model: str) -> None:
-    """The line stands before the tables; the points are within the soft limits."""
+    """The `robot` line comes before the tables, and the points are within the soft limits."""
     assert main(["new", str(tmp_path / "cell"), "--robot", model]) == 0
     config = RobotConfig.load(tmp_path / "cell" / "robot.toml")
     assert config.robot == (model,)

@@ -82,7 +82,7 @@ def test_a_link_that_is_lost_is_no_end_of_a_program() -> None:
 
 
 def test_it_is_the_position_of_the_robot_that_was_jogged() -> None:
-    """Another one is selected while the key is held.
+    """Another robot is selected while the key is held.
 
     Source: guide 4.7.4: the robot is in bits 15 to 12 of the code.
     """

@@ -25,7 +25,7 @@ def _lines(block: Alone, key: str) -> str:
 
 @pytest.mark.parametrize("language", _LANGUAGES)
 def test_each_message_has_the_words_for_an_operator_where_there_are_some(language: str) -> None:
-    """A shorter one leaves nothing of the one before. Source: spec/errors.toml."""
+    """A shorter text overwrites all of the longer text before it. Source: spec/errors.toml."""
     block = Alone("FB_RcxPanelMessage", {})
     block["Block.Language"] = language
     for row in (*_ROWS, *reversed(_ROWS)):
@@ -60,7 +60,7 @@ def test_after_a_stop_of_the_panel_the_message_names_the_key_that_releases_it() 
 def test_where_the_origin_is_incomplete_the_message_says_so_and_no_start_is_hinted_at(
     automatic: bool,
 ) -> None:
-    """It is a hint: the robot program may do the return-to-origin, so Start is possible.
+    """This is only a hint: the robot program may do the return-to-origin, so Start is possible.
 
     Source: manual chapter 5, 2, SO(11).
     """

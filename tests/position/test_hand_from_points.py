@@ -135,7 +135,7 @@ def test_a_turn_that_is_too_small_is_refused(turn: float, wider: float) -> None:
 
 @pytest.mark.parametrize(("turn", "growth"), [(2, 28.65), (0.6, 95.49), (359.4, 95.49)])
 def test_a_small_turn_is_taken_where_its_growth_may_be(turn: float, growth: float) -> None:
-    """1 / (2 sin) of 1 and 0.3 degrees, whose sines are 0.017452 and 0.005236."""
+    """The growth is 1 / (2 sin) of 1 and 0.3 degrees, whose sines are 0.017452 and 0.005236."""
     first, second = [100, 200, 0, 0], [100, 200, 0, turn]
     data1, data2, grown, error = _hand(first, second, MaxGrowth=100.0)
     assert error == 0

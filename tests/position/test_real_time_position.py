@@ -73,9 +73,10 @@ def test_the_position_is_that_of_the_words_once_the_output_is_enabled(plc: PlcBe
 def test_after_a_loss_the_words_count_for_nothing_until_the_output_is_enabled_again(
     plc: PlcBench, lost: str, held: bool
 ) -> None:
-    """A controller that was off shows words of 0: no position of age 0 is made of them.
+    """A controller that was off shows words of 0, which must not become a position of age 0.
 
-    That Done of before still stands, because Execute does, does not bring them back.
+    Done of the earlier enabling is still TRUE, because Execute is, but does not make the words
+    valid.
 
     Source: docs/how-to/position.md, Age
     """

@@ -61,7 +61,7 @@ def _scan(block: Alone) -> tuple[list[float], int, float]:
 def test_the_first_point_is_the_origin_and_the_second_the_direction_of_x(
     engine: str, way: tuple[float, float], turn: float, far: float
 ) -> None:
-    """The angle whose tangent is 4 / 3 is 53.1301 degrees; R goes from X to Y.
+    """The angle with the tangent 4 / 3 is 53.1301 degrees; R goes from X to Y.
 
     Source: remote command guide 4.3.4: axes 1 to 4 are X, Y, Z and R
     """

@@ -166,7 +166,7 @@ _HARD += ["[nan]", "[[1]]", "{}", "{1 = nan}", "[{x = 1}]", "[true, 1]", "1979-0
 def test_every_key_refuses_a_value_of_another_kind(
     tmp_path: Path, table: str, keys: list[str], value: str
 ) -> None:
-    """One short message; an empty table presets nothing where there are tables."""
+    """The message is short. Where a key takes tables, an empty table sets nothing."""
     for key in keys:
         empty = value == "{}" and key in (*STORED, "real_time_items", "work_areas")
         said = ""

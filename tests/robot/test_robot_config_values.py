@@ -248,7 +248,7 @@ def test_a_number_of_an_axis_is_taken_up_to_its_limits(
 @pytest.mark.parametrize("value", [float("inf"), float("-inf"), float("nan"), True, "5"])
 @pytest.mark.parametrize("key", ["min_interval", "servo_on_delay", "variables"])
 def test_a_number_that_is_not_finite_is_refused(key: str, value: Any) -> None:
-    """Of a variable there are no limits but those of its kind."""
+    """The only limits of a variable are those of its type."""
     given = {"SGR0": value} if key == "variables" else value
     with pytest.raises(InputError):
         _robot(key, given)

@@ -74,7 +74,7 @@ _BEFORE = {"SI06": (_RUN,), "SI14": (_SERVO_ON,), "SI17": (_SERVO_ON,)}
 @pytest.mark.parametrize("name", sorted(_ALL))
 @pytest.mark.parametrize("setting", _SETTINGS)
 def test_which_dedicated_input_works_under_which_setting(setting: str, name: str) -> None:
-    """What is disabled has no effect later either, once the setting has gone: its edge is over.
+    """A disabled edge has no effect later either, when the setting has changed: the edge is over.
 
     Rule: pendant-inputs, safety-inputs, parallel-reading, parallel-inputs, emergency-terminal.
     Source: manual chapter 1, 5 and 4.1; remote command guide chapter 3, restrictions
@@ -121,7 +121,7 @@ def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str)
 
 @pytest.mark.parametrize(("keeps", "runs"), [(True, False), (False, True)])
 def test_disabled_stops_count_as_on_without_a_connection(keeps: bool, runs: bool) -> None:
-    """Where the loss itself is no serious alarm. Rule: safety-inputs, link-lost."""
+    """The loss itself is not a serious alarm here. Rule: safety-inputs, link-lost."""
     master = servos_on(safety_keeps_stops=keeps, minor_alarms=("12.400", "12.552"))
     master.pulse("SI12")
     master.robot.inject("safety_on")

@@ -57,7 +57,7 @@ def test_the_status_after_a_loss_of_the_connection(
 
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_a_changed_command_is_forgotten_with_the_connection(shown: str) -> None:
-    """What it was to do is not done any more. Rule: link-command, changed-command."""
+    """It is not executed any more. Rule: link-command, changed-command."""
     master = powered_up(command_delay=200, changed_command_status=shown)
     master.send(0x0100, 0, 1, 0, 5)
     master.run(50)
@@ -140,7 +140,7 @@ def test_a_sequence_program_that_is_about_to_start_does_not_start_without_connec
 
 @pytest.mark.parametrize(("latches", "serious"), [(False, False), (True, True)])
 def test_the_alarm_of_a_missing_connection_may_latch(latches: bool, serious: bool) -> None:
-    """Latched it is a serious one, which an alarm reset ends; in neither case is SO(04) OFF.
+    """A latched alarm is serious and ends by an alarm reset; in neither case is SO(04) OFF.
 
     Rule: link-error-at-power-on, mp-ready.
     """

@@ -39,7 +39,7 @@ def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
     [(0, 0), (0.03125, 0.25), (0.125, 0.5), (0.5, 1.25), (0.75, 1.75), (0.9375, 2.25), (1, 2.75)],
 )
 def test_when_a_part_of_the_way_is_done(share: float, seconds: float) -> None:
-    """The figures of the profile above, the other way round. Rule: profile."""
+    """The figures are those of the profile above, calculated backwards. Rule: profile."""
     assert Profile.over(100, 50, 100, 50).when(share) == pytest.approx(seconds)
 
 

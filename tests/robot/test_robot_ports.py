@@ -83,7 +83,7 @@ def test_a_program_waits_for_an_input_then_goes_on() -> None:
 
 
 def test_delays_and_pulses_take_their_time() -> None:
-    """OUT with a time turns its output OFF again while the program goes on.
+    """OUT with a time turns its output OFF again while the program continues.
 
     Rule: program-length.
     """

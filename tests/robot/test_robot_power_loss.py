@@ -32,7 +32,10 @@ def _send(master: Master, *words: int) -> None:
 @pytest.mark.parametrize(("knob", "runs"), [(True, False), (False, True)])
 @pytest.mark.parametrize("off", _OFF)
 def test_without_motor_power_the_program_stops_or_goes_on(off: str, knob: bool, runs: bool) -> None:
-    """It does not start by itself when the power is back. Rule: main-power, servo-off-command."""
+    """The program does not start by itself when power returns.
+
+    Rule: main-power, servo-off-command.
+    """
     master = servos_on(motor_power_stops_program=knob)
     master.pulse("SI12")
     assert master.on("SO13")
@@ -65,7 +68,7 @@ def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
 
 @pytest.mark.parametrize(("alarm", "expected"), [("", []), ("17.1", ["17.1"])])
 def test_the_loss_of_main_power_may_be_an_alarm(alarm: str, expected: list[str]) -> None:
-    """One, however often it is said; none when the power comes back. Rule: main-power."""
+    """Repeated events cause one alarm; the return of power causes none. Rule: main-power."""
     master = powered_up(main_power_alarm=alarm)
     for event in ("main_power_off", "main_power_off", "main_power_on"):
         master.robot.inject(event)
@@ -119,7 +122,7 @@ def _pattern(master: Master, kind: int, port: int) -> int:
 
 @pytest.mark.parametrize(("clears", "kept"), [(True, 0x00), (False, 0x01)])
 def test_outputs_at_power_on(clears: bool, kept: int) -> None:
-    """DO and SO are OFF in any case; MO, LO and TO as the knob says.
+    """DO and SO are always OFF; the knob decides about MO, LO and TO.
 
     Rule: internal-outputs, outputs-kept.
     """
@@ -135,7 +138,7 @@ def test_outputs_at_power_on(clears: bool, kept: int) -> None:
 
 
 def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
-    """They are the surroundings', as the switches and stops are. Rule: power-on-state."""
+    """The inputs belong to the surroundings, like switches and stops. Rule: power-on-state."""
     master = powered_up(parallel_io="valid")
     master.robot.inject("parallel_input", port=20, on=1)
     master.robot.inject("parallel_stop")
@@ -207,7 +210,7 @@ def test_cpu_ok_with_a_serious_alarm(alarms: tuple[str, ...], ok: bool) -> None:
 
 
 def test_a_serious_alarm_that_leaves_the_servos_on_keeps_everything_from_starting() -> None:
-    """What runs goes on. Rule: alarm-stops."""
+    """A running program continues. Rule: alarm-stops."""
     master = servos_on(alarm_stops_servo=False)
     _send(master, *POINT_1)
     master.pulse("SI12")

@@ -38,7 +38,7 @@ def test_an_emergency_stop_again_before_its_release_is_answered_is_one(
     first: tuple[Callable[[Master], None], ...],
     again: tuple[Callable[[Master], None], ...],
 ) -> None:
-    """SO(00) stays ON, and its release counts from the last one.
+    """SO(00) stays ON, and the release time counts from the last release.
 
     Rule: emergency-stop, emergency-release, answers.
     Source: manual chapter 5, 3.1, shift to emergency stop
@@ -87,7 +87,10 @@ def test_both_emergency_stops_must_be_released() -> None:
 
 
 def test_an_emergency_stop_whose_alarm_was_reset_is_an_alarm_again_when_it_comes_again() -> None:
-    """Where it can be reset before its release. Rule: emergency-stop, reset-after-release."""
+    """The configuration allows a reset before the release.
+
+    Rule: emergency-stop, reset-after-release.
+    """
     master = servos_on(reset_in_emergency_stop=True)
     master.turn_and_wait("SI00", False)
     master.pulse("SI16")
@@ -161,7 +164,7 @@ def test_a_stop_that_an_emergency_stop_overtakes_does_not_stop_the_next_start() 
 
 @pytest.mark.parametrize("name", ["SI01", "SI12"])
 def test_an_alarm_before_the_answer_takes_the_request_back(name: str) -> None:
-    """Also one that leaves the servos as they are. Rule: alarm-stops, answers."""
+    """This includes an alarm that leaves the servos unchanged. Rule: alarm-stops, answers."""
     delays = {"servo_on_delay": 500, "program_start_delay": 500}
     master = powered_up(alarm_stops_servo=False, **delays)
     master.pulse(name)
@@ -219,7 +222,10 @@ def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
 
 @pytest.mark.parametrize(("knob", "runs"), [(False, True), (True, False)])
 def test_a_sequence_program_in_an_emergency_stop(knob: bool, runs: bool) -> None:
-    """It goes on in a stop; by the knob an emergency stop holds it. Rule: sequence-program."""
+    """The program continues in a stop; the knob lets an emergency stop hold it.
+
+    Rule: sequence-program.
+    """
     master = servos_on(emergency_stops_sequence=knob)
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")

@@ -169,7 +169,7 @@ def test_a_suspended_task_goes_on_with_restart_only() -> None:
 
 @pytest.mark.parametrize("state", ["running", "stopped", "suspended"])
 def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
-    """START begins what is ready or has ended, RESTART goes on with what is suspended.
+    """START begins a ready or ended task; RESTART continues a suspended task.
 
     Rule: task-table, tasks.
     """
@@ -224,7 +224,7 @@ def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
 
 @pytest.mark.parametrize("shown", [True, False])
 def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(shown: bool) -> None:
-    """Whether SO(13) shows that task or not. Rule: program-reset-running, tasks."""
+    """SO(13) may or may not show that task. Rule: program-reset-running, tasks."""
     master = _running(running_shows_all_tasks=shown, program_reset_delay=500)
     master.run(500)
     master.pulse("SI12")

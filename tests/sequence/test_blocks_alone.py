@@ -266,7 +266,7 @@ def test_what_cannot_be_is_refused_before_the_input_goes_out(
 def test_after_a_scan_without_a_call_no_further_step_begins(
     block: str, stage: str, passes: str, inner: str
 ) -> None:
-    """What the stage waits for came in that scan; the block tells that it lost its turn."""
+    """The stage's condition came true in that scan, but the block reports a lost turn."""
     alone = _alone(block)
     alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
     alone["Robot.SI.SI00_EmergencyStop"] = alone["Robot.SI.SI06_Stop"] = True
@@ -317,7 +317,7 @@ def test_the_time_limit_of_a_jog_counts_from_its_enable() -> None:
 
 
 def test_a_jog_that_waited_too_long_is_off_the_queue() -> None:
-    """What it had asked for does not begin after its error.
+    """The requested work does not begin after the error.
 
     Source: docs/reference/errors.md, 16#8012.
     """

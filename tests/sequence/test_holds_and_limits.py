@@ -61,7 +61,9 @@ def test_a_continuation_that_the_link_ends_puts_the_hold_back_in_the_same_scan(
 
 
 def test_one_that_was_refused_does_not_hold_against_another(stopped: PlcBench) -> None:
-    """It puts the hold back once, although its Execute stays TRUE; SI(06) waits for its interval.
+    """Its refusal restores the hold once, although Execute stays TRUE.
+
+    SI(06) waits for its interval.
 
     Source: manual chapter 5, 3.3; head of FB_ProgramContinue.
     """

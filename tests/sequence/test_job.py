@@ -200,7 +200,7 @@ def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
 
 @pytest.mark.parametrize("answer", [0x8001, 0x8002])
 def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(answer: int) -> None:
-    """As a jog that is refused in an emergency stop when the link is lost: the refusal goes."""
+    """A jog that is refused in an emergency stop loses its refusal when the link is lost."""
     job = _job(Remote=True, Trouble=0x8003)
     assert job["Channel.NextTicket"] == 0, "a command that is refused takes no ticket"
     job["Block.Trouble"], job["Block.Answer"] = 0, answer
@@ -276,7 +276,7 @@ def _twice(job: Alone) -> None:
 
 @pytest.mark.parametrize("scan", [0, 2, 3, 65_535])
 def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: int) -> None:
-    """The numbers of the scans go on by one; another robot's may be lower, too."""
+    """Scan numbers increase by one; the numbers of another robot may be lower, too."""
     job = _job()
     assert job["Block.Scan"] == 1
     job["Block.Scan"] = (scan - 1) % 65_536
@@ -300,7 +300,7 @@ def test_a_turn_that_has_gone_to_the_next_ticket_is_lost(ticket: int) -> None:
 
 @pytest.mark.parametrize(("field", "value"), [("Serving", 1), ("Orphan", True)])
 def test_a_turn_that_was_taken_away_is_lost(field: str, value: int) -> None:
-    """As by a FB_WriteArea that the block has moved behind: it was not seen before it."""
+    """FB_WriteArea does this if the block moved after it and so was not called before it."""
     job = _job()
     assert job["Block.Active"] is True
     job["Channel.NextTicket"] = 2
@@ -359,7 +359,7 @@ def test_an_earlier_request_on_the_wire_is_not_taken_for_its_own() -> None:
 
 
 def test_an_earlier_command_on_the_wire_keeps_the_channel_from_the_next_one() -> None:
-    """The job ends before the code of an earlier one has left the wire, which has its status.
+    """The job ends while an earlier code is still sent, to which the status belongs.
 
     Source: manual chapter 4, 2.1; head of FB_RcxJob.
     """

@@ -288,9 +288,10 @@ END_PROGRAM
 def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
     m: int, place: str, ahead: int
 ) -> None:
-    """Started on one robot, called with the other: its turn there may be another block's.
+    """An instance is started on one robot and called with the other.
 
-    With m = 0 both robots read the same answers, so that even their scans have the same numbers.
+    There its turn may belong to another block. With m = 0 both robots read the same answers, so
+    even their scans have the same numbers.
     """
     plc = PlcBench(program=_TWO_ROBOTS.format(m=m), size=96, contract=False)
     for area in (0, 48):

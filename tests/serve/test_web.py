@@ -237,7 +237,7 @@ def test_an_impossible_request_is_refused_in_one_message(
 def test_the_actions_since_the_beginning_are_a_stimulus(
     hosts: list[ServedHost], tmp_path: Path, client: WebClient
 ) -> None:
-    """Of both controllers, from when it began: what a run takes, and does the same."""
+    """The stimulus covers both controllers from the beginning; a run with it does the same."""
 
     def ask(path: str, **message: object) -> None:
         assert client.post(f"/token/api/{path}", json=message).status == 200

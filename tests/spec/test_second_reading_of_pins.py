@@ -40,7 +40,7 @@ every_block_of_the_reading = pytest.mark.parametrize(
 
 
 def test_the_types_and_blocks_are_those_of_the_tables() -> None:
-    """Nothing is in one of them only."""
+    """Neither side has an additional type or block."""
     odd = set(ENUMERATIONS) ^ set(library().enumerations)
     odd |= set(every_block()) ^ set(library().blocks)
     assert not odd, f"only in one of spec and second reading: {', '.join(sorted(odd))}"
@@ -70,7 +70,7 @@ def test_each_member_has_the_value_and_the_meaning_of_the_manuals_table(name: st
 
 @every_type
 def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) -> None:
-    """The file, too, which users read and compile: a comment stands beside the right member.
+    """The check includes the file that users compile: each comment is next to the right member.
 
     Source: the section that tests/spec/second_reading/pins/members.toml names.
     """
@@ -87,7 +87,7 @@ def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) 
 
 @every_block_of_the_reading
 def test_each_member_chooses_the_command_of_the_section(block: Pins) -> None:
-    """The commands in the order of the members; one, where nothing chooses.
+    """The commands are in the order of the members; a block without a selector has one command.
 
     Source: the section that tests/spec/second_reading/pins/blocks.toml names.
     """
@@ -219,7 +219,7 @@ def _default(initial: object, kind: str) -> str:
 
 @pytest.mark.parametrize("number", range(len(MEANINGS)), ids=[_place(one) for one in MEANINGS])
 def test_each_value_of_a_field_means_what_the_commands_table_says(number: int) -> None:
-    """What `rcx decode` and docs/reference/commands.md say of a value.
+    """The meanings appear in `rcx decode` and docs/reference/commands.md.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table.
     """

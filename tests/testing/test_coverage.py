@@ -103,7 +103,7 @@ def test_several_programs_count_together(run: Run) -> None:
 
 @pytest.mark.exhaustive
 def test_the_workers_of_xdist_count_together(run: Run) -> None:
-    """Each has one test; MC/DC needs both."""
+    """Each worker runs one test; MC/DC needs both."""
     result = run(_DARK + _LIT, "--rcx-coverage", workers=2)
     assert _table(result) == ["plc/Lamp.st 100.0 % 4/4 100.0 % 2/2 100.0 % 1/1"]
     assert "DA:4,4" in Path("out/coverage/coverage.lcov").read_text().splitlines()

@@ -105,7 +105,7 @@ def test_a_long_run_says_what_the_chart_leaves_out() -> None:
 
 
 def test_a_column_is_wide_enough_for_what_stands_in_it() -> None:
-    """ReadPositionPulses (0x0505) is out for one column only; a very long text is cut."""
+    """ReadPositionPulses (0x0505) lasts one column only; a very long text is cut."""
     timeline = Timeline(Trace({}, watched={"Main.Text": ElementaryType("STRING")}))
     for ms, code, text in ((0, 0, ""), (100, 0x0505, "a"), (110, 0, "x" * 30), (120, 0, "b")):
         timeline.take(Scan(ms * 1000, 0, area(), area(code), {"Main.Text": text}))

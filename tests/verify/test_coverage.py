@@ -174,7 +174,7 @@ def test_a_case_whose_labels_are_all_members_has_no_other_way(measured: Measure)
 
 
 def test_a_dead_line_in_a_block_is_found(measured: Measure) -> None:
-    """A condition behind one that includes it: no test can reach it."""
+    """The condition follows another one that includes it, so no test can reach it."""
     dead = "  ELSIF Level > 7 THEN\n    Shown := 3;\n  END_IF;\n  CASE"
     result = measured(_EVERYTHING, _BLOCK.replace("  END_IF;\n  CASE", dead))
     assert _open(result) == ["19: not taken: ELSIF Level > 7"]
@@ -361,7 +361,7 @@ def test_the_figures_are_met_only_without_gaps(measured: Measure) -> None:
 
 
 def test_every_reason_names_a_condition_of_the_library(repository: Path, tmp_path: Path) -> None:
-    """A reason whose decision has been changed says nothing any more."""
+    """A reason is useless once its decision has changed."""
     named = reasons(repository / "tests/tools/evidence/conditions.toml")
     program = tmp_path / "Bench.st"
     blocks = sorted({pou for pou, _, _ in named if pou.startswith("FB_")})

@@ -82,7 +82,7 @@ def told(cell: Cell) -> list[str]:
 
 
 def test_calls_as_they_should_be_are_not_reported(build: Build) -> None:
-    """Also those whose order or number the source does not settle."""
+    """Calls whose order or number depends on conditions are not reported either."""
     cell = build(
         f"{READ} IF Gate THEN {ORIGIN} ELSE {ORIGIN} END_IF; {POWER}\n"
         f"Station(Robot := Robots[k], Go := Go); {WRITE}"
@@ -170,7 +170,7 @@ def test_a_block_that_is_left_out_while_it_is_busy_is_reported(build: Build) -> 
 
 
 def test_a_scan_that_leaves_out_the_robot_as_a_whole_is_no_skipped_block(build: Build) -> None:
-    """Without FB_WriteArea no turn is lost: so in a task that is slower than the others."""
+    """Without FB_WriteArea no turn is lost, as in a task that is slower than the others."""
     cell = build(f"IF NOT Gate THEN {READ} {ORIGIN} {WRITE} END_IF;")
     cell["Main.Go"] = True
     cell.scan()

@@ -220,7 +220,7 @@ class _Pins:
 
 
 def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
-    """What was judged after the snapshot counts no more, not even that the pins were at rest."""
+    """Checks made after the snapshot are discarded, including that the pins were at rest."""
     pins = _Pins()
     assert pins.scan(True, False, True, False) == []
     assert pins.scan(False, False, True, False) == []
@@ -232,7 +232,7 @@ def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
 
 
 def test_pins_that_were_at_rest_before_a_restore_are_judged_after_it() -> None:
-    """The way to them is another one: from Busy, without an end."""
+    """After the restore the pins come to rest directly from Busy, without an end."""
     pins = _Pins()
     assert pins.scan(True, True, False, False) == []
     kept: Any = pins.monitor.snapshot()

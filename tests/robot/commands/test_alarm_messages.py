@@ -77,7 +77,9 @@ def test_a_soft_limit_names_the_axis_of_lines_and_jogs(code: int) -> None:
 
 
 def test_the_latest_alarm_is_that_of_a_remote_command() -> None:
-    """Zeros before the first one; alarms without a command do not count, nor does a normal end.
+    """The words are 0 before the first alarm.
+
+    Alarms without a command do not count, nor does a normal end.
 
     Rule: messages, alarm-places.
     Source: remote command guide 4.7.17

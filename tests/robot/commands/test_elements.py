@@ -71,7 +71,7 @@ def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
 
 @pytest.mark.parametrize("code", [PULSES, MM, SHIFT])
 def test_several_data_numbers_get_the_value_and_no_data_number_is_refused(code: int) -> None:
-    """A configuration may allow exactly one.
+    """A configuration may allow exactly one number.
 
     Rule: several-elements.
     Source: remote command guide 4.4.4, tt

@@ -26,7 +26,7 @@ def _trips(code: int) -> list[Trip]:
 
 
 def test_each_of_the_116_codes_is_known_and_has_its_round_trips() -> None:
-    """Two different values each, but for those with one outcome.
+    """Each has two different values, except those with only one outcome.
 
     Source: remote command guide 4.2 to 4.9
     """

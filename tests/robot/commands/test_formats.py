@@ -125,7 +125,7 @@ def _refused(master: Master, telegrams: Iterator[tuple[str, tuple[int, ...]]], a
 
 @every_code
 def test_legal_telegrams_are_taken_and_say_what_was_meant(code: int) -> None:
-    """They may end in another alarm, such as that of a point that is not defined.
+    """They may end in another alarm, such as that of an undefined point.
 
     Rule: format.
     Source: remote command guide 4.2 to 4.9
@@ -145,7 +145,7 @@ def test_legal_telegrams_are_taken_and_say_what_was_meant(code: int) -> None:
 
 @every_code
 def test_an_illegal_value_ends_in_the_format_alarm(code: int, fresh: Master) -> None:
-    """Beside each limit, values without a meaning, two bits or none where one is wanted, texts.
+    """Illegal are values beyond a limit or without a meaning, wrong numbers of bits, and texts.
 
     Rule: abnormal-end, comment-characters, one-axis.
     Source: remote command guide 4.2 to 4.9; 1.2, abnormal end status
@@ -214,7 +214,7 @@ def test_limits_that_only_the_section_or_the_robot_gives(
 
 @every_code
 def test_the_robot_number_of_a_command_is_0_to_4(code: int, fresh: Master) -> None:
-    """Where it has none, each is another, undefined code; robot 5 and above does not exist.
+    """A code without a robot number becomes an undefined code; robots from 5 on do not exist.
 
     Rule: other-alarms.
     Source: remote command guide 3, R; 4.2 to 4.9
@@ -261,7 +261,7 @@ def _with_absent_axes(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]
 
 @pytest.mark.parametrize("code", sorted(WITH_AXES - {0x510, 0x516}), ids="0x{:03X}".format)
 def test_an_axis_that_the_robot_does_not_have_is_refused(code: int, fresh: Master) -> None:
-    """Axes 5 and 6 of a robot with four; their torque is 0, which is no error.
+    """A robot with four axes has no axes 5 and 6. Their torque is 0, which is not an error.
 
     Rule: other-alarms.
     """

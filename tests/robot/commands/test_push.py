@@ -44,7 +44,7 @@ def _pushes_for(master: Master, *words: int) -> int:
 
 @pytest.mark.parametrize("code", EVERY)
 def test_push_completed_at_time_out(code: int) -> None:
-    """The axis stands at the workpiece, also when that is gone; bit 0 of m+6 is 1.
+    """The axis is at the workpiece, even if that is removed then; bit 0 of m+6 is 1.
 
     Rule: push.
     Source: remote command guide 4.2.23, p
@@ -59,7 +59,7 @@ def test_push_completed_at_time_out(code: int) -> None:
 
 @pytest.mark.parametrize("code", EVERY)
 def test_push_ended_in_a_status_other_than_time_out(code: int) -> None:
-    """Nothing stands in its way: the target is reached, and bit 0 of m+6 is 0.
+    """Without a workpiece the axis reaches its target, and bit 0 of m+6 is 0.
 
     Rule: push.
     Source: remote command guide 4.2.23, p
@@ -84,7 +84,7 @@ def test_without_a_push_time_period_the_parameter_counts() -> None:
 
 
 def test_a_workpiece_that_gives_way_restarts_the_time() -> None:
-    """It is taken away after 100 of 200 ms: the axis goes on to its target. Rule: push-model."""
+    """It is removed after 100 of 200 ms: the axis continues to its target. Rule: push-model."""
     master = _mover()
     master.send(*_words(0x004D, TIME, time=200))
     master.run(250)

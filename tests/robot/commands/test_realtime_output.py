@@ -28,7 +28,7 @@ def _word(master: Master, number: int) -> int:
 
 
 def test_the_examples_define_word_24_as_the_motor_duty_of_robot_1_axis_2_and_show_it() -> None:
-    """Enabled, it is put out: -10 % of the maximum torque is 50 % of the rated one.
+    """When enabled, the output shows -10 % of the maximum torque as 50 % of the rated torque.
 
     Rule: real-time-output, real-time-items.
     Source: remote command guide 4.9.1, 4.9.2, 4.9.3

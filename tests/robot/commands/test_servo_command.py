@@ -101,7 +101,7 @@ def test_servo_on_takes_its_time() -> None:
 
 
 def test_servo_on_goes_on_in_a_copy_of_the_state() -> None:
-    """What is taken back with a snapshot ends there, and changes nothing outside of it.
+    """After a restore the servo on ends in the copy, and changes nothing outside of it.
 
     Rule: servo-on-command.
     """

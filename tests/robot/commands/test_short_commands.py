@@ -143,7 +143,7 @@ def test_the_blocks_take_both(
     knob: str,
     expected: set[tuple[int, ...]],
 ) -> None:
-    """FB_RemoteCommand, and two generated blocks: what one wrote the other reads.
+    """FB_RemoteCommand and two generated blocks: one writes a value, the other reads it.
 
     Source: remote command guide 1.2, code 0x0100; 2, step 3
     """

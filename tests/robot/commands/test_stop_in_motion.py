@@ -57,7 +57,7 @@ STOPS: dict[str, tuple[Callable[[Master], object], str]] = {
 @pytest.mark.parametrize("what", STOPS)
 @pytest.mark.parametrize("name", MOVEMENTS)
 def test_a_stopped_movement_ends_where_it_is_and_shows_no_position(name: str, what: str) -> None:
-    """In the cycle of the stop, and it does not go on by itself afterwards.
+    """It ends in the cycle of the stop, and does not continue by itself afterwards.
 
     Rule: halt, stop-in-motion.
     Source: remote command guide 1.2, code 0x4000
@@ -197,7 +197,7 @@ def test_after_an_emergency_stop_the_original_target_is_kept_too(name: str, what
     [("PTP", "TOLE", 0), ("line", "TOLE", 0), ("arch", "OUTPOS", 0)],
 )
 def test_a_command_may_end_within_the_tolerance(name: str, parameter: str, left: int) -> None:
-    """The axis goes on to its target while the end status is shown.
+    """The axis continues to its target while the end status is shown.
 
     Rule: arrival.
     Source: remote command guide 4.2.1, arch designation, step 4

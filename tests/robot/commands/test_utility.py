@@ -117,7 +117,7 @@ def test_a_servo_that_stays_on_is_not_counted_again() -> None:
 
 
 def test_power_on_motor_power_on_and_operating_time_are_accumulated() -> None:
-    """They survive a power cycle, and time without power does not count.
+    """The figures survive a power cycle, and time without power does not count.
 
     Rule: accumulated, real-time-stored.
     Source: remote command guide 4.8.5

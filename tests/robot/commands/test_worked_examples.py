@@ -68,7 +68,7 @@ def _section(number: int) -> str:
 
 @pytest.mark.parametrize("number", OTHERS, ids=_section)
 def test_the_command_of_the_example_is_answered_as_printed(number: int) -> None:
-    """Word by word, m to m+30; and what the prose says is found done, without any violation.
+    """All words from m to m+30 agree, and the effect in the prose is there, without a violation.
 
     Rule: versions, flag-bit-0, millimetres.
     Source: remote command guide 4.2.1 to 4.9.3, examples
@@ -94,7 +94,7 @@ def _jog(example: Mapping[str, Any], start: list[int]) -> tuple[Master, tuple[in
 
 @pytest.mark.parametrize("number", JOGS, ids=_section)
 def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: int) -> None:
-    """The start is free: the way of a first jog shows from where a second one gets there.
+    """The start is free: a first jog shows how far away a second jog must start.
 
     Rule: jog-stop.
     Source: remote command guide 4.2.6, examples
@@ -164,7 +164,7 @@ def test_where_no_answer_is_printed_it_is_a_normal_end_without_data() -> None:
 
 
 def test_the_push_of_the_print_lasts_50_ms_and_that_of_the_prose_100_ms() -> None:
-    """From when the axis stands at the workpiece.
+    """The time counts from the moment when the axis is at the workpiece.
 
     Source: remote command guide 4.2.23, examples, push time-period
     """
@@ -180,7 +180,7 @@ def test_the_push_of_the_print_lasts_50_ms_and_that_of_the_prose_100_ms() -> Non
 
 
 def test_the_move_to_point_19_that_chapter_2_shows() -> None:
-    """No position is asked for, so all response words are 0.
+    """The command requests no position, so all response words are 0.
 
     Source: remote command guide chapter 2, example
     """

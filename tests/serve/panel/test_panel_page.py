@@ -112,7 +112,7 @@ def test_a_page_that_is_left_releases_its_key(panel: _Panel) -> None:
 
 
 def test_it_says_which_version_of_the_library_runs(panel: _Panel) -> None:
-    """That of the package, in people's form. Source: FC_LibraryVersion."""
+    """The version is that of the package, in readable form. Source: FC_LibraryVersion."""
     panel.until(lambda: panel.shows("#version") == version(), "that of FB_Operator")
 
 

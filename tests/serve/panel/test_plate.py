@@ -341,7 +341,7 @@ END_PROGRAM
 
 
 def test_every_panel_of_a_program_is_found_by_its_type(tmp_path: Path) -> None:
-    """That of a block, too; but not the pins through which one is passed."""
+    """A panel inside a block counts as well, but not a pin through which a panel is passed."""
     found = [plate.path for plate in plates_of(_several(tmp_path))]
     assert sorted(found) == ["Main.Left", "Main.Right", "Main.Side.Own"]
 

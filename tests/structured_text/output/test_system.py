@@ -110,7 +110,7 @@ def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals) -> None:
 
 @pytest.mark.usefixtures("handlers")
 def test_a_signal_that_is_ignored_stays_so() -> None:
-    """As `nohup` has it."""
+    """`nohup` starts a process in this way."""
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     system.end_as_by_ctrl_c()
     signal.raise_signal(signal.SIGHUP)

@@ -67,7 +67,7 @@ def test_a_file_that_comes_or_goes_below_it_is_seen(folder: Path, looked: list[s
 
 
 def test_a_folder_that_changed_just_now_is_read_again(folder: Path, looked: list[str]) -> None:
-    """Two changes at one tick of the clock of a file system leave the same time."""
+    """Two changes within one clock tick of the file system have the same time."""
     _names(folder)
     _names(folder)
     assert looked == ["plc", "below"] * 2
@@ -75,7 +75,7 @@ def test_a_folder_that_changed_just_now_is_read_again(folder: Path, looked: list
 
 @pytest.mark.usefixtures("later")
 def test_a_folder_with_an_older_time_is_read_again(folder: Path) -> None:
-    """As programs do that unpack or copy a folder with its times."""
+    """Programs that unpack or copy a folder with its times cause this."""
     if os.name == "nt":
         pytest.skip("Windows has no time of the last change that a program cannot set")
     before = folder.stat()

@@ -50,7 +50,7 @@ def measured() -> list[sizes.Size]:
 
 
 def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes(measured: list[sizes.Size]) -> None:
-    """A text alone takes 128 bytes; therefore no block has more than one."""
+    """A single text takes 128 bytes; therefore no block has more than one."""
     limits = {size.name: size.limit for size in measured if size.limit}
     assert (limits["RCX_REF"], limits["FB_ReadProgramInfo"]) == (160, 500)
     assert [size.name for size in measured if size.limit and size.bytes > size.limit] == []

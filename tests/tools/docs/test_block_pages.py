@@ -204,7 +204,9 @@ def _rows_of_run(name: str) -> list[tuple[str, str]]:
 
 
 def test_the_chart_shows_the_handshake_of_the_example() -> None:
-    """Data first, the code one scan later; status 0x0100, 0x0200; then all is taken back.
+    """Data come first, the code one scan later; status 0x0100, 0x0200.
+
+    Then all words return to 0.
 
     Source: remote command guide, chapters 1 and 2; 4.3.1, point data reference
     """

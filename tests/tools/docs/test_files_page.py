@@ -73,7 +73,7 @@ def test_every_key_of_a_table_is_there_with_its_default(table: str, kind: type) 
 
 @pytest.mark.parametrize(("table", "number"), [("points", 19), ("pallets", 10)])
 def test_every_key_of_stored_data_is_there(table: str, number: int, tmp_path: Path) -> None:
-    """What there is comes from the message on a key that there is not."""
+    """The list of keys comes from the message about an unknown key."""
     file = tmp_path / "robot.toml"
     file.write_text(f"[{table}.{number}]\nzzzz = 1\n", encoding="utf-8")
     with pytest.raises(InputError) as caught:

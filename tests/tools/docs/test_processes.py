@@ -154,7 +154,7 @@ def test_every_process_has_an_order_here_and_every_order_a_process() -> None:
 
 @_each
 def test_the_steps_come_in_the_manuals_order(name: str) -> None:
-    """No step begins before the one before is complete, and nothing else of its kind happens.
+    """Each step begins after the one before is complete, and no other change of its kind occurs.
 
     Source: manual chapter 1, 5; chapter 5, 3.1 to 3.3; guide chapters 1.2 and 2.
     """
@@ -173,7 +173,7 @@ def test_the_steps_come_in_the_manuals_order(name: str) -> None:
 
 @_each
 def test_the_controller_sees_at_least_100_ms_between_two_dedicated_inputs(name: str) -> None:
-    """A switch-off of SI(00) or SI(06) is the one exception.
+    """Switching SI(00) or SI(06) OFF is the only exception.
 
     Source: manual chapter 5, 3.1 to 3.3, caution.
     """

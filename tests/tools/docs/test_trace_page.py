@@ -153,7 +153,7 @@ def test_every_form_of_a_type_is_there(lines: list[str]) -> None:
 
 
 def test_every_entry_of_a_robot_is_there(lines: list[str]) -> None:
-    """Of what it looks like, and of how it stands."""
+    """The entries describe the robot's shape and its pose."""
     entries = [json.loads(line) for line in lines]
     robots = [one for entry in entries for every in entry.get("robots", []) for one in every]
     poses = [one for entry in entries for one in entry.get("poses", [])]

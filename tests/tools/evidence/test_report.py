@@ -222,7 +222,7 @@ def test_the_state_depends_on_names_and_contents(tmp_path: Path) -> None:
 
 
 def test_each_property_has_a_row_with_what_it_rests_on() -> None:
-    """From a small out/prove.json: a plain sentence, assumptions, goals and seconds."""
+    """A small out/prove.json gives a plain sentence, assumptions, goals and seconds."""
     (prove,) = [check for check in CHECKS if check.name == "prove"]
     item: dict[str, Any] = {
         "name": "turn",

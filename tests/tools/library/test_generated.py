@@ -25,7 +25,7 @@ def _parts(name: str) -> tuple[str, str, str]:
 
 @pytest.mark.parametrize("name", BLOCKS)
 def test_every_block_calls_hands_over_and_ends_in_the_same_way(name: str) -> None:
-    """Faults are tried on two blocks; this is why they stand for all."""
+    """Faults are tried on two blocks only; this test is the reason why they represent all."""
     call, _, end = _parts(name)
     expected_call, _, expected_end = _parts("FB_MovePtp")
     assert call in (expected_call, expected_call.replace("Trouble := Refused, ", ""))

@@ -177,7 +177,7 @@ def test_the_first_chart_comes_with_the_robot_from_this_site_alone_in_less_than_
 
 @_full
 def test_the_progress_is_shown_while_python_loads(browser: WebDriver, server: _Server) -> None:
-    """From the first bytes on, in the header and in the place of the chart."""
+    """The progress is shown from the first bytes on, in the header and in place of the chart."""
     watch = """
       window.seenStates = [];
       addEventListener("DOMContentLoaded", () => {
@@ -334,7 +334,7 @@ def test_it_fits_narrow_and_wide_windows(
 def test_the_search_finds_the_users_block_first_and_internal_blocks_last(
     browser: WebDriver, server: _Server, query: str, expected: str
 ) -> None:
-    """The worker of the search is asked as the page does."""
+    """The test queries the worker of the search as the page does."""
     browser.get(f"{server.url}/index.html")
     (worker,) = (_SITE / "assets/javascripts/workers").glob("search.*.js")
     script = """

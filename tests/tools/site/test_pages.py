@@ -105,7 +105,7 @@ def test_the_bundle_is_the_harness_unchanged(repository: Path, tmp_path: Path) -
 
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="the site needs Python 3.11 or newer")
 def test_the_bundle_alone_is_enough_to_import_the_runner(tmp_path: Path) -> None:
-    """As in a browser, which has neither site-packages nor the rooms that are left out."""
+    """A browser has neither site-packages nor the rooms that are left out."""
     (tmp_path / "bundle.zip").write_bytes(bundle())
     with ZipFile(tmp_path / "bundle.zip") as archive:
         archive.extractall(tmp_path)

@@ -135,7 +135,7 @@ def page(browser: WebDriver, file: Path) -> Page:
 
 
 def test_a_click_leads_to_the_broken_rule_of_ten_minutes(page: Page) -> None:
-    """With its text and the section of the manual; the cursor stands there, signals beside it."""
+    """The rule's text and section appear; the cursor is there, with the signals next to it."""
     assert page.text("#rules") == "2 rules broken ▸"
     page.click("#rules")
     assert page.text("#a output") == "300.000 s"
@@ -213,7 +213,7 @@ def test_a_click_into_the_chart_puts_the_cursor_and_a_drag_moves_the_chart(page:
 
 
 def test_two_fingers_zoom_and_what_is_under_them_stays(page: Page) -> None:
-    """From 100 px apart to 200 px: half of the time is shown."""
+    """The distance grows from 100 px to 200 px: half of the time is shown."""
     begin, end = page.shown()
     box = page.run("document.getElementById('plot').getBoundingClientRect().toJSON()")
     y, left = box["top"] + 40, box["left"]
@@ -262,7 +262,7 @@ def test_the_button_plays_the_run_and_pauses_it(browser: WebDriver, moving: Path
 
 @pytest.mark.parametrize("width", [400, 760])
 def test_a_narrow_page_begins_with_the_robot(browser: WebDriver, moving: Path, width: int) -> None:
-    """As in the playground, whose chart is narrow."""
+    """The playground has such a narrow chart."""
     size = {"width": width, "height": 700, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:

@@ -123,7 +123,7 @@ def test_on_standard_output_there_is_nothing_but_messages(lamps: Path) -> None:
 
 
 def test_the_adapter_ends_with_its_client(lamps: Path) -> None:
-    """As VS Code does: it asks to disconnect, and closes nothing."""
+    """VS Code sends a disconnect request, and closes nothing."""
     pipe = subprocess.PIPE
     with subprocess.Popen(_RCX, stdin=pipe, stdout=pipe, stderr=pipe) as process:
         assert process.stdin is not None
@@ -273,7 +273,7 @@ def test_a_wrong_launch_is_one_message(
 
 
 def test_options_have_the_names_that_they_have_in_rcx_run(editor: Editor, lamps: Path) -> None:
-    """`onLoss`, `on-loss` and `on_loss` are one; lists are options that are repeated."""
+    """`onLoss`, `on-loss` and `on_loss` are the same; lists are options that are repeated."""
     launch: dict[str, Any] = {"scan": "20ms", "on-loss": "clear", "seed": 3, "m": [0]}
     launch["onLoss"] = "clear"
     editor.start(sources=[str(lamps)], for_="100ms", __sessionId="x", **launch)

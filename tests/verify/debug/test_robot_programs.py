@@ -45,7 +45,7 @@ def _lines(editor: Editor, command: str, thread: int, times: int) -> list[int]:
 
 
 def test_a_breakpoint_stops_the_task_that_reaches_its_line(shaking: Start) -> None:
-    """The PLC stands between two scans; SIDE has not been started."""
+    """The PLC stops between two scans; SIDE has not been started."""
     editor = shaking({MAIN: [2]})
     assert editor.stack(TASK_1) == [("SHAKE", 2)]
     assert editor.stack(1)[0][0] == "Main (Shake), between two scans"
@@ -114,7 +114,7 @@ def test_steps_go_over_into_and_out_of_subroutines(shaking: Start) -> None:
 
 
 def test_the_plc_goes_on_while_a_task_waits(shaking: Start) -> None:
-    """Before its WAIT ends the PLC has to see SO(20) and to take SI(20) back."""
+    """Before its WAIT ends, the PLC must see SO(20) and switch SI(20) OFF."""
     editor = shaking({MAIN: [{"line": 7, "hitCondition": "1"}]})
     assert editor.value("Answered") == "0"
     assert _lines(editor, "next", TASK_1, 1) == [8]

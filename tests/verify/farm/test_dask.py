@@ -78,7 +78,7 @@ def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path
 
 
 def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The worker has ended with another item, after this one and before it was fetched."""
+    """Its worker ended with another item, after this item and before the result was fetched."""
     result = distributed.Future.result
     taken = iter([True])
 
@@ -111,7 +111,7 @@ def test_an_item_that_kills_its_workers_is_named(farm: Farm, tmp_path: Path) -> 
 def test_a_program_is_explored_there_from_its_first_state_on(
     cluster: Any, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By hand: the state before the first scan, and each of Button with 0, 1, 2 after one."""
+    """By hand: the state before the first scan, and after one scan each value of Button, 0 to 2."""
     from structured_text.farm.dask import ClusterCrew
 
     file, given, give = tmp_path / "Count.st", [], ClusterCrew.give

@@ -79,7 +79,7 @@ def _tried(tmp_path: Path, body: str, *, matiec: bool = False) -> Subject:
 
 
 def test_a_wrong_translation_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A block that is translated wrongly is told with seed, scan, variable and both values."""
+    """The message has seed, scan, variable and both values."""
     subject = _tried(tmp_path, "T(CLK := A > 3);")
     assert agree(subject, "FB_TRIED", 50).disagreement == ""
     monkeypatch.setattr(
@@ -119,7 +119,7 @@ def test_a_fault_that_only_one_side_has_is_found(
 def test_a_comparison_that_cannot_be_made_is_no_agreement(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where every result is left open nothing is compared."""
+    """If every result is undetermined, nothing is compared."""
     subject = _tried(tmp_path, "R := A;")
 
     def opened(self: Machine, *_: object) -> None:
@@ -155,7 +155,7 @@ def test_the_report_says_in_words_what_was_compared_on_matiec() -> None:
 def test_what_is_known_rests_on_the_compiler(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Keys differ without matiec, with one, and with another one."""
+    """The keys differ without matiec, with one version of it, and with another version."""
     few = proving.library(tmp_path, "FC_RcxTickets")
     keys = set()
     for state in ("", "one", "other"):

@@ -56,7 +56,7 @@ def test_each_worked_example_is_legal() -> None:
 
 
 def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says_so() -> None:
-    """Of each example one bit that makes it illegal, and one that does not, if there is any.
+    """In each example one bit makes it illegal, and one does not, if there is any.
 
     Source: remote command guide 4.2.1 to 4.9.3, the tables of the commands.
     """
@@ -109,7 +109,7 @@ def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says
 def test_a_value_beyond_its_limits_is_illegal(
     number: int, words: dict[int, int], good: bool
 ) -> None:
-    """Of a worked example, with other words n+2 to n+30.
+    """The telegram is that of a worked example, with other words n+2 to n+30.
 
     Source: remote command guide 4.2.1, 4.2.14, 4.2.23, 4.3.2, 4.3.3, 4.4.1, 4.4.2, 4.5.1, 4.6.3.
     """

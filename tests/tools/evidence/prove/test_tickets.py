@@ -70,7 +70,10 @@ def test_a_command_whose_block_has_gone_comes_to_its_end(tmp_path: Path) -> None
 
 
 def test_the_states_that_the_proofs_speak_of_exist(tmp_path: Path) -> None:
-    """Two that wait, one of them called: otherwise everything would be proved of nothing."""
+    """Two blocks wait and one of them is called.
+
+    Without such states the proofs would be about nothing.
+    """
     step = turns.call(_library(tmp_path), "COMMAND", 2)
     wait = [z3.And(job.lives(step.after.channel), job.waits) for job in step.after.jobs]
     assert ask(step.assumed, z3.Not(z3.And(*wait)), 60).status == REFUTED
