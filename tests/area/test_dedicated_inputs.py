@@ -14,7 +14,7 @@ from structured_text.engines.base import Value
 
 
 def _changes(plc: PlcBench, scans: int) -> list[tuple[int, str]]:
-    """(time of the scan [ms], input with its new state) of each change as written."""
+    """Return each change as written: (time of the scan [ms], input with its new state)."""
     found: list[tuple[int, str]] = []
     before = set(plc.inputs)
     for _ in range(scans):

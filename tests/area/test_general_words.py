@@ -11,7 +11,7 @@ DATA = list(range(0x0101, 0x0110))
 
 
 def _up(size: int = 48, m: int = 0, n: int = 0) -> AreasBench:
-    """Handshake ready, no command out."""
+    """Return a bench with a ready handshake and no command."""
     plc = AreasBench(size=size, m=m, n=n)
     plc.power_up()
     plc["First.Code"], plc["First.Data"] = 0x0001, DATA
@@ -26,7 +26,7 @@ def _show(plc: AreasBench, number: int, *words: int) -> None:
 
 
 def _written(plc: AreasBench, number: int) -> int:
-    """SIW(number) as it is on the wire."""
+    """Return SIW(number) as it is on the wire."""
     at = plc.n + 2 * number
     return int.from_bytes(plc.image[at : at + 2], "little")
 

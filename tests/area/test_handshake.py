@@ -131,7 +131,7 @@ def test_when_the_controller_is_gone_the_code_is_withdrawn_and_nothing_restarts(
 
 
 def test_after_a_recovery_the_code_stays_0_until_the_controller_has_seen_it() -> None:
-    """The code stays 0 for one interval (120 ms here), so that no packet skips the 0."""
+    """The code stays 0 for one interval (120 ms here), so that a packet carries the 0."""
     plc = _plc()
     plc.change("Connected", to=False)
     plc["Connected"] = True

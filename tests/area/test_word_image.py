@@ -13,7 +13,7 @@ from areas_bench import AreasBench
 
 
 def _word(plc: AreasBench, k: int) -> int:
-    """Element k of the output image of words."""
+    """Return element k of the output image of words."""
     return int(plc[f"OutputWords[{k}]"])
 
 

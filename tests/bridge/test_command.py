@@ -52,7 +52,7 @@ def plc(server: ModbusPlc) -> ModbusPlc:
 
 @pytest.fixture
 def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
-    """Runs `rcx bridge` between both; slow computers are given time."""
+    """Return a function that runs `rcx bridge` between both, with time for slow computers."""
 
     def start(*options: str) -> int:
         host, port = adapter.address
@@ -63,7 +63,7 @@ def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
 
 
 def press_ctrl_c(after: Callable[[], None]) -> threading.Thread:
-    """SIGINT to this process once `after` has ended, if the bridge is still there to take it."""
+    """Send SIGINT to this process after `after`, if the bridge still runs."""
     before = signal.getsignal(signal.SIGINT)
 
     def press() -> None:

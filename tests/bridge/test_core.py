@@ -67,7 +67,7 @@ class Scene:
         assert self.last.life == 0
 
     def until_run(self, most: int = 100) -> int:
-        """Exchanges until it runs."""
+        """Exchange until the bridge runs."""
         for count in range(1, most + 1):
             if self.go().state is State.RUN:
                 return count

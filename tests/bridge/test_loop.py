@@ -44,7 +44,7 @@ class Room(PlcLink):
         return tuple(self.words)
 
     def write(self, words: Sequence[int]) -> None:
-        """Noted."""
+        """Note the call."""
         self._do("write", tuple(words))
 
     def _do(self, what: str, value: object = None) -> None:
@@ -75,7 +75,7 @@ class Robot(RobotLink):
         return _ANSWERS if self.there else Lost("cut")
 
     def write(self, image: bytes, valid_us: int | None) -> None:
-        """Noted."""
+        """Note the call."""
         self.room.done.append(("robot", image))
         self.image, self.valid_us = image, valid_us
 
@@ -105,7 +105,7 @@ def loop(room: Room, robot: Robot, news: list[tuple[State, str]]) -> Loop:
 
 
 def run(loop: Loop, room: Room) -> None:
-    """Exchanges until it runs."""
+    """Exchange until the bridge runs."""
     for _ in range(100):
         room.now_us += 6_000
         if loop.turn().state is State.RUN:

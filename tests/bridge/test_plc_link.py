@@ -32,7 +32,7 @@ def plc(server: ModbusPlc) -> ModbusPlc:
 
 @pytest.fixture
 def link_to(plc: ModbusPlc) -> Iterator[Callable[..., PlcLink]]:
-    """Makes connected links that are closed after the test."""
+    """Return a function that makes connected links, which are closed after the test."""
     links: list[PlcLink] = []
 
     def make(*registers: int, unit: int = 1, timeout_s: float = _LONG_S) -> PlcLink:

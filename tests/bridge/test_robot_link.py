@@ -119,7 +119,7 @@ def until(what: Callable[[], bool]) -> None:
 
 
 def received(link: RobotLink) -> int:
-    """Packets that have come from the adapter."""
+    """Return the packets that have come from the adapter."""
     look = link.look()
     return look[0].received if look else 0
 

@@ -71,7 +71,7 @@ def told() -> Told:
 
 @pytest.fixture
 def far(build_cell: Build, adapter: Adapter, program: Path, told: Told) -> Build:
-    """Builds cells of the program that are connected to the adapter."""
+    """Return a function that builds cells of the program, connected to the adapter."""
     host, port = adapter.address
 
     def build(**options: object) -> Cell:

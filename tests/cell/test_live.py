@@ -33,12 +33,12 @@ class Clock:
         self.slept: list[float] = []
 
     def sleep(self, seconds: float) -> None:
-        """Sleep exactly so long."""
+        """Sleep for exactly this time."""
         self.slept.append(seconds)
         self.now_us += round(seconds * 1e6)
 
     def late(self, us: int) -> None:
-        """Other work holds the computer up."""
+        """Let other work delay the computer."""
         self.now_us += us
 
 
@@ -49,7 +49,7 @@ def clock() -> Clock:
 
 @pytest.fixture
 def agenda(clock: Clock) -> RealTimeAgenda:
-    """Something every 10 ms from 0 on."""
+    """Return an agenda with an event every 10 ms from 0 on."""
     made = RealTimeAgenda(lambda: clock.now_us, clock.sleep)
     for number in range(10):
         made.add(10_000 * number, Kind.SCAN, lambda now_us: None)
@@ -169,7 +169,7 @@ def rises(areas: list[tuple[bytes, bytes]]) -> list[str]:
 
 
 def dedicated(area: bytes) -> int:
-    """Bytes 32 and 33; 0 without a connection."""
+    """Return bytes 32 and 33; 0 without a connection."""
     return int.from_bytes(area[32:34], "little")
 
 

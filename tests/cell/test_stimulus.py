@@ -25,7 +25,7 @@ def load(folder: Path, text: str) -> Stimulus:
 
 @pytest.fixture
 def schedule(cell: Cell, tmp_path: Path) -> Schedule:
-    """Schedules the entries of a text in the cell."""
+    """Return a function that schedules the entries of a text in the cell."""
     return lambda text: load(tmp_path, text).schedule(cell)
 
 

@@ -38,7 +38,7 @@ _AT_THE_END = {"Main.Scans": "5", "Main.State": "W_RUN", "Main.Grid[1,0]": "0",
 
 @pytest.fixture
 def watched(build_cell: Build, tmp_path: Path) -> Build:
-    """Builds cells of the program of this file."""
+    """Return a function that builds cells of the program of this file."""
     program = Path(__file__).parent / "programs" / "Watched.st"
     (tmp_path / "no-library").mkdir()
 

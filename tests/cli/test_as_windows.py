@@ -37,7 +37,7 @@ def windows(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 @pytest.fixture
 def rcx(tmp_path: Path, windows: dict[str, str]) -> Rcx:
-    """Runs a command to its end, which is the exit code 0."""
+    """Return a function that runs a command to its end, with exit code 0."""
 
     def call(*arguments: str) -> subprocess.CompletedProcess[str]:
         done = subprocess.run([sys.executable, "-m", "rcx_harness", *arguments], cwd=tmp_path,

@@ -197,7 +197,7 @@ class SilentScanner:
         return Received(bytes(48), None, connected=False)
 
     def drops(self) -> str:
-        """Why packets were dropped."""
+        """Return the reasons why packets were dropped."""
         return self.why
 
     def statistics(self) -> ScannerStatistics:

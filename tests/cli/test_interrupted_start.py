@@ -51,7 +51,7 @@ _CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a copy has the othe
 
 
 def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple[int, str]:
-    """Exit code and what is said on stderr, by the command and all it has started.
+    """Return the exit code and stderr of the command and all that it has started.
 
     A slow machine says besides that it is compiling.
     """

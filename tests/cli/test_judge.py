@@ -18,7 +18,7 @@ Captured = pytest.CaptureFixture[str]
 
 
 def _story(*, good: bool) -> Story:
-    """SI(00) ON at 200 ms, SI(06) 150 or 50 ms later; the controller is in AUTO mode."""
+    """Return a story with SI(00) ON at 200 ms, SI(06) 150 or 50 ms later, in AUTO mode."""
     story = Story()
     story.open(0)
     for k in range(1, 51):

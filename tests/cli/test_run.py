@@ -34,7 +34,7 @@ def program(repository: Path) -> Path:
 
 @pytest.fixture
 def run(program: Path, tmp_path: Path) -> Run:
-    """Runs the program that writes the area itself, without a library."""
+    """Return a function that runs the program that writes the area itself, without a library."""
     lib = tmp_path / "lib"
     lib.mkdir()
 

@@ -32,7 +32,7 @@ def trace(tmp_path: Path) -> Path:
 
 
 def _story() -> Story:
-    """SI(00) ON at 200 ms, SI(06) 50 ms later: too early (manual chapter 5, 3, caution)."""
+    """Return a story with SI(00) ON at 200 ms, SI(06) 50 ms later: too early (chapter 5, 3)."""
     story = Story()
     story.open(0)
     for k in range(1, 51):

@@ -112,7 +112,7 @@ def _draws(reading: Reading, chance: random.Random, rounds: int = 20) -> Iterato
 
 
 def _another(reading: Reading, chance: random.Random, first: Pins) -> Pins:
-    """Legal values that mean another telegram, where the block has such."""
+    """Return legal values with a different telegram, if the block has such values."""
     draws = list(_draws(reading, chance))
     telegram = (reading.code(first), reading.fields(first))
     others = (one for one in draws if (reading.code(one), reading.fields(one)) != telegram)

@@ -160,7 +160,7 @@ def _shown(block: Pins, pins: dict[str, Value], response: list[int]) -> Iterator
 
 
 def _responses(entry: PinRow) -> Iterator[list[int]]:
-    """Answers that differ in this output only; of several places each alone, and all."""
+    """Return answers that differ in this output only: each of its places alone, and all."""
     if entry.how == "text":
         words = [0] * WORDS
         for part, letter in zip(entry.places, b"AB_19 Z".ljust(len(entry.places)), strict=True):
@@ -189,7 +189,7 @@ def _answers(entry: PinRow, part: second_reading.Place) -> Sequence[int]:
 
 
 def _values(block: Pins, entry: PinRow, pins: dict[str, Value]) -> Iterator[Value]:
-    """Values that are legal by the reading of the command's section."""
+    """Return values that are legal by the reading of the command's section."""
     words = block.telegram(block.given(**pins))
     if entry.flag:
         entry.flag.write(words, 1)

@@ -26,7 +26,7 @@ def _value(address: int) -> int:
 
 @pytest.fixture(params=_BLOCKS)
 def block(request: pytest.FixtureRequest) -> Alone:
-    """Connected, with an image in which no two words are alike."""
+    """Return a connected block with an image in which all words differ."""
     alone = _compiled(request.param)
     alone.restart()
     alone["Robot.Connected"] = True

@@ -100,7 +100,7 @@ class Places(PlcBench):
 
     @property
     def works(self) -> bool:
-        """Is it Busy or, with Enable, Valid?"""
+        """Return whether the block is Busy or, with Enable, Valid."""
         return bool(self.pin("Busy")) or (self.start == "Enable" and bool(self.pin("Valid")))
 
     @property
@@ -169,7 +169,7 @@ def _bench(engine: str) -> Places:
 
 
 def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
-    """Try a case on every block; tell all that fail."""
+    """Try a case on every block, and list all that fail."""
     plc, failed = _bench(engine), []
     for block in plc.blocks:
         plc.choose(block)

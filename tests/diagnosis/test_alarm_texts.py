@@ -47,7 +47,7 @@ def plc(request: pytest.FixtureRequest) -> Program:
 
 
 def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, str]]:
-    """Known and the lines of a text, its bytes read as UTF-8."""
+    """Return Known and the lines of a text, with its bytes read as UTF-8."""
     for name, value in inputs.items():
         plc.write(f"Main.{name}", value)
     plc.scan(0)

@@ -22,7 +22,7 @@ LOCAL, PEER = ("192.168.0.2", 44818), "192.168.0.10"
 
 
 def hexa(text: str) -> bytes:
-    """Bytes from hexadecimal digits; blanks and line ends are for the reader."""
+    """Return the bytes of hexadecimal digits; blanks and line ends are ignored."""
     return bytes.fromhex(text)
 
 
@@ -87,12 +87,12 @@ class Bench:
 
     @property
     def to_master(self) -> bytes:
-        """Assembly 100."""
+        """Return assembly 100."""
         return self.master_image.data
 
     @property
     def to_robot(self) -> bytes:
-        """Assembly 150."""
+        """Return assembly 150."""
         return self.robot_image.data
 
     def connect(self, peer: str = PEER) -> Session:

@@ -20,7 +20,7 @@ from structured_text.output.system import SharedMemory
 
 @pytest.fixture
 def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Names of all shared memory created during the test."""
+    """Return the names of all shared memory created during the test."""
     names: list[str] = []
 
     class Recording(SharedMemory):

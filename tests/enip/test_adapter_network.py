@@ -43,7 +43,7 @@ def adapter() -> Iterator[Adapter]:
 
 
 def open_owner(master: Client, **fields: str) -> bytes:
-    """Forward Open of an Exclusive Owner; the data of the reply."""
+    """Open an Exclusive Owner connection, and return the data of the reply."""
     slow = {"o_to_t_rpi": "A0860100", "multiplier": "07", **fields}  # 100 ms x 512
     return master.request(FORWARD_OPEN, CONNECTION_MANAGER, bytes.fromhex(forward_open(**slow))[6:])
 

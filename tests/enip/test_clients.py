@@ -51,7 +51,7 @@ def logix(adapter: Adapter) -> Iterator[Any]:
 
 @pytest.fixture(autouse=True)
 def _nothing_written(adapter: Adapter, pycomm: Pycomm) -> None:
-    """Assembly 150 is zero at the start of every test."""
+    """Set assembly 150 to zero at the start of every test."""
     pycomm(SET_SINGLE, 4, 150, 3, request_data=bytes(48))
     assert adapter.read_to_robot() == bytes(48)
 

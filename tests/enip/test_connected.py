@@ -37,7 +37,7 @@ def reply(message: str) -> bytes:
 
 @pytest.fixture
 def connected(bench: Any, registered: Session) -> Session:
-    """Session 1 with a class 3 connection of id 0x00010001, 10 ms times 16."""
+    """Return session 1 with a class 3 connection of id 0x00010001, 10 ms times 16."""
     assert bench.ask(forward_open(**CLASS_3)) == opened()
     return registered
 

@@ -18,7 +18,7 @@ from enip_fuzz import Bench, FuzzFailure, bench, fuzz
 
 
 def can_bind(address: str) -> bool:
-    """Does this system have the loopback address?"""
+    """Return whether this system has the loopback address."""
     with socket.socket() as tried:
         try:
             tried.bind((address, 0))

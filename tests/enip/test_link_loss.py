@@ -32,7 +32,7 @@ def close_by_forward_close(master: LiveMaster) -> None:
 
 
 def leds(master: LiveMaster) -> tuple[Led, Led]:
-    """Module Status and Network Status."""
+    """Return Module Status and Network Status."""
     return master.robot.module_led, master.robot.network_led
 
 

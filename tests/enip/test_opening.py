@@ -25,7 +25,7 @@ class Bench:
         self.opener = Opener(self.opened, first_s)
 
     def opened(self) -> FakeScanner:
-        """Counted."""
+        """Count the openings."""
         self.openings += 1
         if self.refused:
             raise EnipError("nobody there")

@@ -71,7 +71,7 @@ def test_an_image_of_another_size_is_not_taken(images: SharedImages) -> None:
 
 
 def watched(memory: memoryview, parts: Mapping[int, object]) -> Any:
-    """Memory of which some parts, by where they begin, are something else."""
+    """Return memory of which some parts, by their offsets, are replaced."""
 
     class Watched:
         def __getitem__(self, part: slice) -> object:

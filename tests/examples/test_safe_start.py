@@ -17,7 +17,7 @@ _PINS_ON = re.compile(r"\b(?:EmergencyStopOk|StopOk)\b[^;]*:\s*BOOL\s*:=\s*TRUE"
 
 
 def _texts() -> Iterator[tuple[str, str]]:
-    """Names and texts of the programs, and of the snippets in the pages."""
+    """Return names and texts of the programs, and of the snippets in the pages."""
     files = [_ROOT / "README.md"]
     for folder in _COPIED:
         files += [one for one in (_ROOT / folder).rglob("*") if one.suffix in (".st", ".md")]

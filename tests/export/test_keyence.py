@@ -34,7 +34,7 @@ def files(whole: bool) -> Mapping[str, str]:
 
 
 def _rows(files: Mapping[str, str], path: str) -> dict[str, list[str]]:
-    """Direction, type, default and comment by name, of all tables of a declaration."""
+    """Return direction, type, default and comment by name, of all tables of a declaration."""
     found = {}
     for line in files.get(f"{path}.arguments.txt", "").splitlines():
         name, *row = line.split("\t")

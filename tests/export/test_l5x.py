@@ -216,7 +216,7 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> 
 
 
 def _drive(program: Program) -> None:
-    """CPU_OK and MP RDY are ON, the servos do not come on."""
+    """Set CPU_OK and MP RDY ON; the servos do not come on."""
     program.write("Main.Connected", True)
     program.write_bytes("Main.InputArea", bytes([0x12]), 32)
 

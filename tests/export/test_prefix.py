@@ -77,7 +77,7 @@ END_PROGRAM
 
 @cache
 def _names() -> set[str]:
-    """Names of types, blocks and functions, and members of enumerations, read off the sources."""
+    """Return types, blocks, functions and members of enumerations, as named in the sources."""
     found = {file.stem for file in LIB}
     for file in LIB:
         code = re.sub(r"\(\*.*?\*\)", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)

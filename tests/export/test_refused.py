@@ -44,7 +44,7 @@ def _check(tool: str, file: Path) -> int:
 
 
 def _found(out: str, file: Path) -> list[tuple[int, bool, str]]:
-    """Line, whether it is certain, and the text, of each finding."""
+    """Return line, whether it is certain, and text of each finding."""
     pattern = re.compile(rf"{re.escape(str(file))}:(\d+):\d+: (refused|may be refused): (.+)")
     return [(int(one[1]), one[2] == "refused", one[3]) for one in pattern.finditer(out)]
 

@@ -57,7 +57,7 @@ def adapter(running: Adapter) -> Adapter:
 
 @pytest.fixture
 def scan(adapter: Adapter) -> Run:
-    """Runs `rcx scan` on the adapter, by default for a single look."""
+    """Return a function that runs `rcx scan` on the adapter, by default for a single scan."""
 
     def run(*options: str, duration: str = "0s") -> int:
         host, port = adapter.address

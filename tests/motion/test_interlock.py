@@ -53,7 +53,7 @@ class Table:
         self._program.write(f"Main.{path}", value)
 
     def ready(self, robot: int) -> None:
-        """Link, CPU_OK and servos are there."""
+        """Set link, CPU_OK and servos."""
         for name in ("Connected", "SO.SO01_CpuOk", "SO.SO02_ServoOn"):
             self[f"Robot{robot}.{name}"] = True
 

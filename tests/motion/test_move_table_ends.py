@@ -382,7 +382,7 @@ def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None
 
 
 def _doubtful() -> PlcBench:
-    """Row 2 of three is relative; it went out, and its end was not seen."""
+    """Return a bench whose relative row 2 of three went out without a visible end."""
     relative = {"Kind": "MOVE_BY_PTP", "Axes": 1}
     plc = moving(*rows_to(1), relative, *rows_to(3), Rows=3, StartRow=2)
     plc["CallTable"] = False

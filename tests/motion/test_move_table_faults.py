@@ -97,7 +97,7 @@ class _Watched:
         self.scan()
 
     def recover(self) -> None:
-        """Causes are gone: alarm reset and servos on, by the operator."""
+        """Recover after the causes are gone: the operator resets the alarm, then servos on."""
         self.cell["Main.Recover"] = self.cell["Main.Go"] = False
         self.scan()
         self.cell["Main.Recover"] = True

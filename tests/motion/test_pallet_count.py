@@ -63,7 +63,7 @@ class _Pallet:
 
     @property
     def shown(self) -> tuple[str, int, int, tuple[int, ...], int]:
-        """Full, Error or neither; ErrorID, WorkPosition, its indices, Remaining."""
+        """Return Full, Error or neither; ErrorID, WorkPosition, its indices, Remaining."""
         pins = ("ErrorID", "WorkPosition", "IndexX", "IndexY", "IndexZ", "Remaining")
         values = [int(self.program.read(f"Main.Count.{pin}")) for pin in pins]
         on = [pin for pin in ("Full", "Error") if self.program.read(f"Main.Count.{pin}")]

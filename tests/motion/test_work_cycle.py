@@ -8,7 +8,7 @@ from plc_bench import ROOT, PlcBench
 
 
 def _bench() -> PlcBench:
-    """Controller in its normal state, AUTO, servos on, SI(00) and SI(06) ON and settled.
+    """Return a bench in AUTO with the servos on, SI(00) and SI(06) ON and settled.
 
     `Cycle` has a movement as its work, `Bare` has none: the test plays it.
     """

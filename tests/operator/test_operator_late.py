@@ -461,7 +461,7 @@ def test_a_line_and_a_step_that_somebody_else_has_stopped_are_a_fault(
 
 
 def _reset_behind() -> OperatorBench:
-    """ProgramReset has its turn, and the controller does not answer; Reset waits behind it."""
+    """Let ProgramReset have its turn without an answer, so that Reset waits for it."""
     plc = OperatorBench()
     plc.press("ProgramReset", then=20)
     plc.outputs(SO03=True, scans=3)

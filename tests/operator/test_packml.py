@@ -64,7 +64,7 @@ class _Bench(PlcBench):
         self.power_up()
 
     def put(self, state: str) -> None:
-        """Be in this state, nothing asked for."""
+        """Set this state, without any request."""
         self["PackMl.StateComplete"] = self["PackMl.CmdChangeRequest"] = False
         self["PackMl.UnitModeChangeRequest"] = False
         self["PackMl.State"] = f"PACKML_{state}"

@@ -81,7 +81,7 @@ def test_a_program_ends_with_the_process_that_started_it(number: signal.Signals)
 
 
 def _assert_closed(stream: IO[bytes]) -> None:
-    """Nobody holds the other end any more; what is a zombie holds nothing."""
+    """Check that no process has the other end open; a zombie does not count."""
     assert select.select([stream], [], [], _LONGEST)[0], "somebody still has it"
     assert stream.read() == b""
 

@@ -150,7 +150,7 @@ def test_violations_are_drained_once_and_kept() -> None:
 
 
 def _random_life(seed: int, robot: Controller, start: int, cycles: int) -> list[bytes]:
-    """Random bits, words, losses and events: whatever comes, the controller answers."""
+    """Apply random bits, words, losses and events; the controller must always answer."""
     rng = random.Random(seed)
     si = bytearray(48)
     answers = []

@@ -14,7 +14,7 @@ SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_metho
 
 
 def _master(*axes: Axis, **config: Any) -> Master:
-    """Servos on, every axis at 700 pulses; each group of axes takes 200 ms to its origin."""
+    """Return a master with servos on, axes at 700 pulses; a group takes 200 ms to its origin."""
     return servos_on(axes=axes, origin_time=200, **config)
 
 

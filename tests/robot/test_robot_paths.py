@@ -94,7 +94,7 @@ def test_no_circle_goes_through_points_on_a_line(points: list[tuple[float, ...]]
 
 
 def _move(start: int, target: int, axis: int = 2) -> AxisMove:
-    """100 pulses/s, and at once at that speed: 100 pulses take 1 s and a little."""
+    """Return a movement with 100 pulses/s from the start: 100 pulses take 1 s and a little."""
     return AxisMove(axis, start, target, 100, 1e9, 1e9)
 
 

@@ -15,7 +15,7 @@ POINT_1 = (0x0100, 0, 1, 0, 0x86A0, 0x0001)
 
 
 def _states(master: Master) -> tuple[int, ...]:
-    """Servo status reference, axes 1 to 4."""
+    """Return the servo status reference of axes 1 to 4."""
     return master.execute(0x1503)[2:6]
 
 
@@ -116,7 +116,7 @@ def test_motor_power_off_and_power_off_lock_every_brake(knob: bool) -> None:
 
 
 def _pattern(master: Master, kind: int, port: int) -> int:
-    """I/O port reference (guide, 4.5.1): kind DI 0, DO 1, MO 2, LO 3, TO 4, SO 6."""
+    """Return the I/O port reference (guide, 4.5.1): kind DI 0, DO 1, MO 2, LO 3, TO 4, SO 6."""
     return master.execute(0x0304, 0, kind << 12 | port << 4)[3]
 
 

@@ -19,7 +19,7 @@ _STOPS = pytest.mark.parametrize(
 
 
 def _alone(block: str) -> Alone:
-    """Linked, CPU_OK; no dedicated output besides."""
+    """Return a block with link and CPU_OK, without other dedicated outputs."""
     alone = Alone(block, {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     return alone

@@ -25,7 +25,7 @@ _STAGES = tuple(_GIVES)
 
 
 def _off(timeout: str = "T#300ms") -> PlcBench:
-    """Everything is missing: power, link, the cell's consent."""
+    """Return a bench without power, link, and consent of the cell."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc.change("Connected", "EmergencyStopOk", "StopOk", to=False, scans=30)
     plc["PowerUp.Timeout"] = timeout

@@ -9,7 +9,7 @@ from sequence_bench import in_emergency_stop, pins
 
 
 def _restarted() -> PlcBench:
-    """SI(00) has just gone ON again."""
+    """Return a bench whose SI(00) has just gone ON again."""
     plc = in_emergency_stop()
     plc["Restart.Timeout"] = "T#300ms"
     plc.change("Restart.Execute", to=True)

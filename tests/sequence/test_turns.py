@@ -41,7 +41,7 @@ _KINDS = (
 
 @pytest.fixture
 def polling() -> PlcBench:
-    """Six blocks that read again and again while Retry is TRUE, and a movement."""
+    """Return a bench with six blocks that read repeatedly while Retry is TRUE, and a movement."""
     pairs = list(zip(_POLLING, _KINDS, strict=True))
     return _bench(
         "    Go : FB_MovePtp;\n" + "".join(f"    {name} : FB_{kind};\n" for name, kind in pairs),

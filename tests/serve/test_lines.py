@@ -18,7 +18,7 @@ READER = "192.168.0.11"
 
 
 def _told(lines: Sequence[str]) -> list[tuple[float, str]]:
-    """Time in seconds and text of each line."""
+    """Return time in seconds and text of each line."""
     parts = [line.split(" s  ", 1) for line in lines]
     return [(float(head.split()[1]), text) for head, text in parts]
 

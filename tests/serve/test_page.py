@@ -74,7 +74,7 @@ class Page:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[WebDriver]:
-    """Chromium without a window."""
+    """Return Chromium without a window."""
     with chromium(1500, 1400) as driver:
         yield driver
 

@@ -30,7 +30,7 @@ class Time:
         self.slept: list[int] = []
 
     def clock(self) -> int:
-        """Microseconds."""
+        """Return the time [us]."""
         return self.now_us
 
     def sleep(self, wait_us: int) -> None:

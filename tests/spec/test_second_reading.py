@@ -262,7 +262,7 @@ def _selections(
 
 
 def _candidates(part: Place, entry: Row, fields: Sequence[spec.Field]) -> list[int]:
-    """Values worth trying: all of them if few, else the limits on both sides and each bit."""
+    """Return values worth trying: all if few, else the limits on both sides and each bit."""
     low, high = part.limits
     if part.width <= 6:
         return list(range(low, high + 1))
@@ -284,7 +284,7 @@ def _union(places: Iterator[Place] | Sequence[Place]) -> int:
 
 
 def _bits(mask: int) -> Iterator[tuple[int, int]]:
-    """Word and bit of those that are 1 in n+2 to n+30."""
+    """Return word and bit of those bits that are 1 in n+2 to n+30."""
     for k in range(1, WORDS):
         for bit in range(16):
             if mask >> (16 * k + bit) & 1:

@@ -22,7 +22,7 @@ def blank(block: Block) -> Pins:
 
 
 def answered(block: Block, chance: random.Random) -> dict[str, FieldValue]:
-    """Fields of a response as the controller may send it."""
+    """Return fields of a response as the controller may send it."""
     numbers = {pin.source for pin in block.outputs if pin.type == "INT"}
     reals = {pin.source for pin in block.outputs if pin.encoding == "real"}
     fields: dict[str, FieldValue] = {}
@@ -80,7 +80,7 @@ def shown(block: Block, sent: Mapping[str, FieldValue], got: Mapping[str, FieldV
 
 
 def same(first: Value, second: Value) -> bool:
-    """Equal; numbers with a scale as exactly as a REAL of single precision has them."""
+    """Return whether values are equal; scaled numbers within the precision of a REAL."""
     if isinstance(first, list):
         return len(first) == len(second) and all(map(same, first, second))
     if isinstance(first, float):

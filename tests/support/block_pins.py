@@ -42,7 +42,7 @@ def pattern(value: float) -> int:
 
 
 def members(kind: str) -> Sequence[Member]:
-    """Members of an enumeration; none for another type."""
+    """Return the members of an enumeration; none for another type."""
     return _KINDS[kind].members if kind in _KINDS else ()
 
 
@@ -81,7 +81,7 @@ class Reading:
         return [value] * ARRAYS[pin.type].count if pin.type in ARRAYS else value
 
     def code(self, pins: Pins) -> int:
-        """Word n of the telegram."""
+        """Return word n of the telegram."""
         command = self.command
         if self.block.select:
             names = [one.name for one in members(self.block.select.type)]
@@ -103,7 +103,7 @@ class Reading:
         return every
 
     def _counts(self, fields: Fields, pin: Input) -> bool:
-        """Does the pin count, with these fields of the pins before it?"""
+        """Return whether the pin counts, with these fields of the pins before it."""
         if pin.when:
             name, low, high = pin.when
             value = fields[name]
@@ -157,7 +157,7 @@ class Reading:
         return {**pins, **given}
 
     def edges(self, chance: random.Random) -> Iterator[Pins]:
-        """Telegrams in which every pin has each of its lowest and highest values, or all."""
+        """Return telegrams in which every pin has each of its lowest and highest values, or all."""
         for name in ["RobotNumber"] * self.command.robot:
             yield from (self.draw(chance, {name: number}) for number in range(5))
         for member in members(self.block.select.type) if self.block.select else ():
@@ -243,7 +243,7 @@ class Reading:
         return bool(known) and value not in known
 
     def _pairs(self, fields: Fields, pin: Input) -> list[Pair]:
-        """Lowest and highest legal values of a pin with a number, in steps of its field."""
+        """Return the lowest and highest legal values of a numeric pin, in steps of its field."""
         part, kind = self.requests[pin.to[0]], _element(pin.type)
         if pin.range:
             return intervals(pin.range)
@@ -326,7 +326,10 @@ class Reading:
     def _illegal_reals(
         self, fields: Fields, pin: Input, part: Field, error: int
     ) -> Iterator[tuple[Value, int]]:
-        """Just beyond the limits, and far beyond; 16#8047 where the field has no limits."""
+        """Return values just beyond the limits and far beyond.
+
+        16#8047 if the field has no limits.
+        """
         ((low, high),) = self._pairs(fields, pin)
         natural = not part.range and not part.ranges
         per_unit = self._scale(fields, pin, part) or 1

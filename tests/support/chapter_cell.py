@@ -49,7 +49,7 @@ class ChapterCell:
         return bool((low | high << 8) & OUTPUTS[output])
 
     def is_on(self, *outputs: str) -> tuple[bool, ...]:
-        """Several dedicated outputs."""
+        """Return whether all these dedicated outputs are ON."""
         return tuple(self.on(output) for output in outputs)
 
     def wait(self, output: str, on: bool = True) -> None:
@@ -104,7 +104,7 @@ class ChapterCell:
         return self.steps(since)
 
     def alarms(self) -> list[str]:
-        """Active alarms."""
+        """Return the active alarms."""
         return [alarm.number for alarm in self.robot.alarms.active]
 
     def steps(self, since_us: int) -> list[str]:

@@ -40,7 +40,7 @@ class CommandBench(PlcBench):
         self._start = self.program.snapshot(), self.now_us, bytes(self.so)
 
     def choose(self, name: str) -> None:
-        """Go back to the start, all pins at their defaults, and call this block from now on."""
+        """Go back to the start with all pins at their defaults, and call this block from now on."""
         snapshot, self.now_us, so = self._start
         self.program.restore(snapshot)
         self.so[:] = so
@@ -63,11 +63,11 @@ class CommandBench(PlcBench):
         return [name for name in ("Busy", "Active", "Done", "Error") if self.pin(name)]
 
     def pin(self, name: str) -> Value:
-        """Value of a pin."""
+        """Return the value of a pin."""
         return self[f"{_instance(self._block)}.{name}"]
 
     def pins(self, names: Iterable[str]) -> dict[str, Value]:
-        """Values of some pins."""
+        """Return the values of some pins."""
         return {name: self.pin(name) for name in names}
 
     def set(self, pins: Mapping[str, Value]) -> None:

@@ -72,7 +72,7 @@ _OUTPUTS = 34
 
 
 def bit(signal: str) -> int:
-    """`SO13` in the word of the dedicated bits."""
+    """Return the bit of `SO13` in the word of the dedicated bits."""
     return 1 << (8 * int(signal[2]) + int(signal[3]))
 
 

@@ -110,7 +110,7 @@ class Editor:
     def start(
         self, breakpoints: Mapping[str | Path, list[Any]] | None = None, **launch: Any
     ) -> Any:
-        """Launch a program and run until it stops first; gives why.
+        """Launch a program, run to its first stop, and return the reason of the stop.
 
         Args:
             breakpoints: By file: lines, or breakpoints as the protocol has them.

@@ -128,7 +128,7 @@ class Attacker:
         return int(HEADER.unpack_from(answer)[2]) if len(answer) == HEADER.size + 4 else 0
 
     def _mutated(self) -> None:
-        """Damaged frames in a session; whatever comes back must be whole frames."""
+        """Send damaged frames in a session; all answers must be whole frames."""
         with self._connect() as peer:
             session = self._register(peer)
             frames = valid_frames(self._draw, session)
@@ -175,7 +175,7 @@ class Attacker:
             self._held.pop(self._draw.randrange(_HELD)).close()
 
     def _flood(self) -> None:
-        """Many connections at once."""
+        """Open many connections at once."""
         with ExitStack() as peers:
             for _ in range(30):
                 with suppress(_NotTakenError):
@@ -197,7 +197,7 @@ class Attacker:
         self._slow = rest
 
     def _never_reading(self) -> None:
-        """Requests without end from a peer that takes no answer."""
+        """Send requests without end, and read no answer."""
         with self._connect(receive_buffer=4096) as peer:
             peer.setblocking(False)
             data = self._draw.choice(READ_ONLY) * 100
@@ -207,11 +207,11 @@ class Attacker:
                     peer.send(data)
 
     def _udp_explicit(self) -> None:
-        """Datagrams on the explicit port."""
+        """Send datagrams to the explicit port."""
         self._send_to(mutate(self._draw, self._draw.choice(valid_frames(self._draw, 0))))
 
     def _udp_cyclic(self) -> None:
-        """Datagrams on the cyclic port, most of them with the ids of the running connection."""
+        """Send datagrams to the cyclic port, most of them with the running connection's ids."""
         number = self._draw.choice((*self._target.ids, self._draw.randrange(1 << 32)))
         data = struct.pack("<HI", self._draw.randrange(0x10000), self._draw.choice((1, 0, 3)))
         data += self._draw.randbytes(48)
@@ -234,7 +234,7 @@ class Attacker:
             peer.sendall(data)
 
     def _take_answers(self, peer: socket.socket) -> None:
-        """Say that nothing more comes; what the adapter has sent by its close must be frames."""
+        """End the sending direction; all that the adapter sends until its close must be frames."""
         with suppress(OSError):
             peer.shutdown(socket.SHUT_WR)
         data = b""

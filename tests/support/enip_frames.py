@@ -56,7 +56,7 @@ def _forward_close(serial: int) -> bytes:
 
 
 def _messages(draw: Random) -> list[bytes]:
-    """CIP requests of every kind; Set and Reset are refused while a master owns the outputs."""
+    """Return CIP requests of every kind. An owner makes the adapter refuse Set and Reset."""
     inner = b"\x0e\x03\x20\x04\x24\x64\x30\x03"
     unconnected_send = b"\x52\x02\x20\x06\x24\x01" + struct.pack("<BBH", 3, 250, len(inner))
     serial = draw.randrange(1, 0xFFFF)

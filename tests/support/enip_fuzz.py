@@ -157,7 +157,7 @@ def fuzz(
 
 @contextmanager
 def _standard_error_into(file: Path) -> Iterator[None]:
-    """Processes that are started meanwhile write their standard error to this file."""
+    """Redirect the standard error of processes started meanwhile into this file."""
     sys.stderr.flush()
     before = os.dup(2)
     with file.open("wb") as opened:
@@ -170,7 +170,7 @@ def _standard_error_into(file: Path) -> Iterator[None]:
 
 
 def memory_kib(adapter: Adapter) -> int:
-    """Resident memory of the adapter's processes; 0 where the system does not tell."""
+    """Return the resident memory of the adapter's processes; 0 if the system does not report it."""
     return sum(_resident_kib(pid) for pid in (adapter.pid, *_children(adapter.pid)))
 
 
@@ -198,7 +198,7 @@ def _duration(text: str) -> int:
 
 
 def main() -> int:
-    """`make fuzz`."""
+    """Run `make fuzz`."""
     parser = argparse.ArgumentParser(description="Attack the EtherNet/IP adapter.")
     parser.add_argument(
         "--for", dest="duration_us", type=_duration, default="60s", help="how long, e.g. 10s"

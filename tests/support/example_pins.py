@@ -95,7 +95,7 @@ def _bit(axis: int) -> int:
 
 
 def _port(kind: str, number: str) -> Callable[[Any], Pins]:
-    """`DO12()` is port 12 of the digital outputs."""
+    """Return a function that maps `DO12()` to port 12 of the digital outputs at these pins."""
     return lambda text: {kind: f"PORT_{text[:2]}", number: int(text[2:-2])}
 
 
@@ -189,7 +189,7 @@ def _states(pin: str, prefix: str, names: Mapping[int, str]) -> Callable[[Any], 
 
 
 def _version(text: str) -> int:
-    """V1.08 is 16#0108, V1.001 is 16#1001."""
+    """Return a version as a word: V1.08 is 16#0108, V1.001 is 16#1001."""
     return int(text.strip("V").replace(".", ""), 16)
 
 

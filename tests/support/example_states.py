@@ -129,7 +129,7 @@ def _register(master: Master, entries: list[Mapping[str, Any]]) -> None:
 
 
 def _set_history(master: Master, entries: Mapping[str, Mapping[str, str]]) -> None:
-    """Newest first: with entry 10 at the wanted place, nine others are newer."""
+    """Raise alarms, the newest first: if entry 10 is wanted, nine others are newer."""
     alarms = master.robot.alarms
     for number, entry in entries.items():
         alarms.note(entry["alarm"], master.now_us)
@@ -138,7 +138,7 @@ def _set_history(master: Master, entries: Mapping[str, Mapping[str, str]]) -> No
 
 
 def _make_latest_alarm(master: Master, entry: Mapping[str, str]) -> None:
-    """Axis 1 of robot 1 is sent beyond its soft limit."""
+    """Send axis 1 of robot 1 beyond its soft limit."""
     assert entry == {"alarm": "2.334", "place": "R1A1"}
     answer = master.execute(0x0007, 0x0001, 0x0001, 0, 0, 0x7FFF)
     assert answer[:3] == (0x4000, 2, 334)

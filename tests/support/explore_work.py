@@ -40,7 +40,7 @@ class Numbers(World[Choice]):
     deaths: Path | None = None
 
     def first(self) -> bytes:
-        """0."""
+        """Return 0."""
         return b"0"
 
     def choices(self, state: bytes) -> Sequence[Choice]:
@@ -56,6 +56,6 @@ class Numbers(World[Choice]):
         return b"%d" % following, [self.broken[following]] if following in self.broken else []
 
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
-        """Refuse some."""
+        """Refuse some numbers."""
         if int(state) in self.refused:
             raise InputError(f"{state.decode()} is refused")

@@ -117,7 +117,7 @@ def by_position(node: Any) -> Any:
 
 
 def _single(item: Any) -> list[Any]:
-    """`a, b : INT` is `a : INT; b : INT`."""
+    """Split a declaration: `a, b : INT` is `a : INT; b : INT`."""
     if isinstance(item, s.VarDecl) and len(item.names) > 1:
         rest = (item.spec, item.initial, item.address, item.at)
         return [shape(s.VarDecl((name,), *rest)) for name in item.names]

@@ -68,7 +68,7 @@ class Killed:
     folder: Path
 
     def __call__(self, item: int) -> int:
-        """Ten times the item."""
+        """Return ten times the item."""
         left = sorted(self.folder.iterdir())
         if item == 3 and left:
             left[0].unlink()
@@ -91,7 +91,7 @@ def process_number(item: int) -> int:
 
 
 def grandchild(item: int) -> int:
-    """Starts a process that waits for ever; its number."""
+    """Start a process that waits for ever, and return its number."""
     return subprocess.Popen([sys.executable, "-c", "import signal; signal.pause()"]).pid
 
 
@@ -103,7 +103,7 @@ def waits_with_a_folder(item: str) -> None:
 
 
 def noted(item: tuple[str, int]) -> int:
-    """Ten times the number, which is written to the end of the file."""
+    """Return ten times the number, and write the number to the end of the file."""
     file, number = item
     with Path(file).open("a") as stream:
         stream.write(f"{number}\n")

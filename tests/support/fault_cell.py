@@ -221,7 +221,7 @@ class FaultCell:
         self[f"Block.{self.start_pin}"] = on
 
     def on(self, output: str) -> bool:
-        """Is the controller's output `SO02` ON, as the PLC read it?"""
+        """Return whether the controller's output `SO02` is ON, as the PLC read it."""
         at, mask = _BIT[output]
         return self.cell.connected and bool(self._last.so[at] & mask)
 
@@ -232,7 +232,7 @@ class FaultCell:
 
     @property
     def requests(self) -> int:
-        """Dedicated inputs that are ON on the wire, but for SI(00) and SI(06)."""
+        """Return the dedicated inputs that are ON on the wire, without SI(00) and SI(06)."""
         return int.from_bytes(self._last.si[32:34], "little") & _REQUESTS
 
     @property
@@ -246,7 +246,7 @@ class FaultCell:
         return so[:2] + so[32:34] + si[:2] + si[32:34]
 
     def free(self, channel: str) -> bool:
-        """Is it nobody's turn on this channel, and does nobody wait?"""
+        """Return whether no block has the turn on this channel or waits for it."""
         return bool(
             self[f"Robot.Inner.{channel}.Serving"] == self[f"Robot.Inner.{channel}.NextTicket"]
         )
@@ -263,7 +263,7 @@ class FaultCell:
         return pins
 
     def note(self, pins: Pins) -> None:
-        """Remember what there is to see, if it has changed."""
+        """Add the present outputs and signals to the history if they have changed."""
         seen = (self.wire(), pins)
         if not self._history or self._history[-1][1] != seen:
             self._history.append((self._last.scan, seen))

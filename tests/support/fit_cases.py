@@ -103,7 +103,7 @@ def _wrong_delay(key: str, found: Any, real: Any, seen: bool) -> list[str]:
 
 
 def _not_decided(found: Fit, replay: Replay) -> list[str]:
-    """Keys that are said not to be decided, although another value shows."""
+    """Return keys reported as undecided, although a different value shows."""
     wrong = []
     for knob in found.knobs:
         value = getattr(found.config, knob.key)

@@ -49,6 +49,6 @@ def opened(
 
 
 def refused(words: str, service: str = "D4", triad: str = TRIAD, remaining: str = "00") -> bytes:
-    """Connection failure: 0x01, number of words, extended status, triad, remaining path size."""
+    """Return a refusal: 0x01, number of words, extended status, triad, remaining path size."""
     count = f"{len(bytes.fromhex(words)) // 2:02X}"
     return bytes.fromhex(f"{service} 00 01 {count} {words} {triad} {remaining} 00")

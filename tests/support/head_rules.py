@@ -64,7 +64,7 @@ class Channel:
 
     @property
     def taken(self) -> bool:
-        """Somebody has the turn."""
+        """Return whether any work has the turn."""
         return self.serving != self.next_ticket
 
     @property
@@ -264,10 +264,13 @@ class HeadRules:
 
     @property
     def bits(self) -> int:
-        """Bytes n + 32 (low) and n + 33: bit 10 is SI(12)."""
+        """Return bytes n + 32 (low) and n + 33 as a word: bit 10 is SI(12)."""
         return bits_of(self.inputs.applied)
 
 
 def bits_of(inputs: Mapping[str, bool]) -> int:
-    """Dedicated inputs as a word: bit 10 is SI(12). Source: manual chapter 5, 2, bit input."""
+    """Return dedicated inputs as a word: bit 10 is SI(12).
+
+    Source: manual chapter 5, 2, bit input.
+    """
     return sum(on << (int(name[2]) * 8 + int(name[3])) for name, on in inputs.items())

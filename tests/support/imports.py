@@ -56,7 +56,7 @@ def imports(*packages: Path) -> Graph:
 
 
 def _named(file: Path, module: str) -> Iterator[str]:
-    """Everything that a file imports, with its full name."""
+    """Return everything that a file imports, with its full name."""
     package = module if file.stem == "__init__" else module.rpartition(".")[0]
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

@@ -11,7 +11,7 @@ STOPPED = [0x000C, 0x0190, 0, 0x3039, 0, 0xFF85, 0xFFFF, 0x07D0, 0]
 
 
 def jog_plc() -> PlcBench:
-    """Powered up, ready for a jog."""
+    """Return a powered-up bench that is ready for a jog."""
     plc = PlcBench(program=PROGRAM)
     plc.power_up()
     plc.scan(3)

@@ -46,7 +46,7 @@ class LiveMaster:
             raise
 
     def connect(self, multiplier: int = 5, **options: Any) -> Scanner:
-        """Another scanner for the same adapter, not open yet."""
+        """Return another scanner for the same adapter, not open yet."""
         host, port = self.adapter.address
         size = self.robot.config.size
         return Scanner(host, size, port=port, io_port=0, multiplier=multiplier, **options)
@@ -87,7 +87,7 @@ class LiveMaster:
         self.cycle(_INTERVAL_CYCLES)
 
     def pulse(self, name: str) -> None:
-        """ON, then OFF."""
+        """Switch the input ON, then OFF."""
         self.turn(name, True)
         self.turn(name, False)
 
@@ -109,7 +109,7 @@ class LiveMaster:
 
     @property
     def alarms(self) -> list[str]:
-        """Numbers of the active alarms."""
+        """Return the numbers of the active alarms."""
         return [alarm.number for alarm in self.robot.alarms.active]
 
     def close(self) -> None:

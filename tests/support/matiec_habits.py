@@ -119,7 +119,7 @@ HABITS: dict[str, tuple[str, str, str]] = {
 def iec2c_takes(
     before: str, variables: str, body: str, folder: Path, end: str = "END_PROGRAM"
 ) -> bool:
-    """Does matiec itself translate a program of that?"""
+    """Return whether matiec itself translates such a program."""
     matiec = find_matiec()
     assert matiec is not None
     file = folder / "program.st"

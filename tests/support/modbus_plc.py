@@ -46,7 +46,7 @@ class ModbusPlc:
         self.start()
 
     def start(self) -> None:
-        """Listen."""
+        """Start to listen."""
         self._run(self._start())
 
     def stop(self) -> None:

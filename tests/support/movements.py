@@ -25,7 +25,7 @@ def low_high(*values: int) -> tuple[int, ...]:
 
 
 def way_of(master: Master, *words: int) -> list[tuple[int, ...]]:
-    """Positions of all axes before a movement and in every cycle of 5 ms until its normal end."""
+    """Return the positions of all axes before a movement and every 5 ms until its normal end."""
     master.send(*words)
     seen = [tuple(master.robot.positions)]
     while master.status not in (NORMAL, ABNORMAL):

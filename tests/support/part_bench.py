@@ -72,7 +72,7 @@ class PartBench:
 
     @property
     def sent(self) -> int:
-        """Commands that have come to the controller, but for those that read."""
+        """Return the commands that have come to the controller, without those that read."""
         return self._sent
 
     def __getitem__(self, path: str) -> Any:
@@ -83,7 +83,7 @@ class PartBench:
 
     @property
     def end(self) -> tuple[str, int, bool]:
-        """Done, Busy or Error, ErrorID and Holds of the block."""
+        """Return Done, Busy or Error, ErrorID and Holds of the block."""
         shown = " ".join(name for name in ("Done", "Busy", "Error") if self[f"Pick.{name}"])
         return shown, int(self["Pick.ErrorID"]), bool(self["Pick.Holds"])
 
@@ -126,11 +126,11 @@ class PartBench:
         self["Other.Execute"] = True
 
     def moved_by_hand(self) -> None:
-        """Somebody moves the robot away with the programming box."""
+        """Move the robot away with the programming box."""
         self.place = AWAY
 
     def taken_out(self) -> None:
-        """Somebody takes the part out of the hand."""
+        """Take the part out of the hand."""
         self.held = False
 
     def power_cycle(self) -> None:

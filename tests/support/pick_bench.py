@@ -95,7 +95,7 @@ class PickBench(PlcBench):
 
     @property
     def end(self) -> tuple[str, int, str, bool]:
-        """Done or Error, ErrorID, Stage, Holds."""
+        """Return Done or Error, ErrorID, Stage, Holds."""
         shown = " ".join(name for name in ("Done", "Busy", "Error") if self[f"Pick.{name}"])
         stage = str(self["Pick.Stage"])
         return shown, int(self["Pick.ErrorID"]), stage, bool(self["Pick.Holds"])
@@ -107,7 +107,7 @@ def picking(engine: str = "auto", **pins: Any) -> PickBench:
 
 
 def _port(word: int) -> int:
-    """Tens in bits 8 to 11, units in bits 4 to 7."""
+    """Return the bits of a port number: tens in bits 8 to 11, units in bits 4 to 7."""
     return 10 * (word >> 8 & 15) + (word >> 4 & 15)
 
 

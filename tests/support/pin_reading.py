@@ -182,7 +182,7 @@ class Pins:
             )
 
     def code(self, given: Given) -> int:
-        """Word n, without the robot."""
+        """Return word n, without the robot."""
         chosen = self.select[0]
         return self.codes[str(given[chosen]) if chosen else ""]
 
@@ -199,7 +199,7 @@ class Pins:
 
 
 def hexadecimal(words: Sequence[int]) -> str:
-    """Words as `n=16#1001 n+6=16#0064`; those that are 0 are left out."""
+    """Return words as `n=16#1001 n+6=16#0064`; words of 0 are left out."""
     shown = (f"n+{2 * k}=16#{word:04X}" for k, word in enumerate(words) if word)
     return " ".join(shown).replace("n+0", "n", 1) or "all 0"
 
@@ -213,7 +213,7 @@ def refused_with(pin: str) -> int:
 
 @cache
 def every_enumeration() -> Mapping[str, tuple[Member, ...]]:
-    """Members by the name of their type."""
+    """Return the members by the name of their type."""
     tables = load_toml(FOLDER / "pins/members.toml")
     return {name: tuple(map(_member, one["members"])) for name, one in tables.items()}
 

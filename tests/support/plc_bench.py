@@ -141,7 +141,7 @@ class PlcBench:
 
     @property
     def words(self) -> list[int]:
-        """SIW(0) to SIW(15) as written: code and data."""
+        """Return SIW(0) to SIW(15) as written: code and data."""
         area = self.image[self.n : self.n + 32]
         return [int.from_bytes(area[2 * k : 2 * k + 2], "little") for k in range(16)]
 
@@ -156,6 +156,6 @@ class PlcBench:
         ]
 
     def power_up(self) -> None:
-        """Controller in its normal state, AUTO, SI(00) and SI(06) ON and settled."""
+        """Power up: normal state, AUTO, SI(00) and SI(06) ON and settled."""
         self.outputs(SO01=True, SO04=True, SO10=True)
         self.scan_until(lambda: bool(self["Robot.Settled"]))

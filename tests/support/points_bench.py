@@ -38,7 +38,7 @@ class PointsBench(PlcBench):
         self._start = self.program.snapshot(), self.now_us, bytes(self.so), self._judge.snapshot()
 
     def restart(self) -> None:
-        """Go back to the start; the controller has nothing."""
+        """Go back to the start; the controller has no points."""
         snapshot, self.now_us, so, judged = self._start
         self.program.restore(snapshot)
         self._judge.restore(judged)  # type: ignore[arg-type]
@@ -46,7 +46,7 @@ class PointsBench(PlcBench):
         self.stored, self.sent, self.refuses, self.silent = {}, [], {}, False
 
     def scan(self, count: int = 1) -> None:
-        """Scans with the controller's answers."""
+        """Run scans with the controller's answers."""
         for _ in range(count):
             super().scan()
             self._step()
@@ -94,14 +94,14 @@ class PointsBench(PlcBench):
         return error
 
     def row(self, number: int) -> tuple[bool, int, list[int]]:
-        """Row of the array: Defined, Flag, Values."""
+        """Return a row of the array: Defined, Flag, Values."""
         point = self[f"Rows[{number}]"]
         assert isinstance(point, dict)
         return point["Defined"], point["Flag"], list(point["Values"])
 
     @property
     def codes(self) -> list[int]:
-        """Codes of the telegrams that came."""
+        """Return the codes of the telegrams that came."""
         return [words[0] for words in self.sent]
 
 

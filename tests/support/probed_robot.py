@@ -51,7 +51,7 @@ class StationLine(NetworkLine):
         self._open, self._silent_us = True, None
 
     def drop(self) -> None:
-        """Fall silent."""
+        """Stop sending."""
         self._open, self._silent_us = False, self.now_us
 
     def write(self, area: bytes, *, run: bool = True) -> None:
@@ -77,7 +77,7 @@ class StationLine(NetworkLine):
             self.now_us += CYCLE_US
 
     def close(self) -> None:
-        """Zeros, then the end."""
+        """Send zeros, then close the connection."""
         self.sent_last = self._images.to_robot.read()
         if self._open:
             self._images.to_robot.write(bytes(self.size))

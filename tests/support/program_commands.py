@@ -32,7 +32,7 @@ def registered_master(task: int = 3, **config: Any) -> Master:
 
 
 def text_words(text: str) -> tuple[int, ...]:
-    """16 characters in n+12 to n+26, filled with spaces."""
+    """Return 16 characters in n+12 to n+26, filled with spaces."""
     raw = text.encode().ljust(16)
     return tuple(raw[k] | raw[k + 1] << 8 for k in range(0, 16, 2))
 
@@ -46,12 +46,12 @@ def telegram(
 
 
 def states(master: Master) -> list[int]:
-    """States of tasks 1 to 8."""
+    """Return the states of tasks 1 to 8."""
     return list(master.execute(STATES)[2:10])
 
 
 def lines(master: Master) -> list[int]:
-    """Lines of tasks 1 to 8."""
+    """Return the lines of tasks 1 to 8."""
     return list(master.execute(LINES)[2:10])
 
 

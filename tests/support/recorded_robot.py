@@ -71,7 +71,7 @@ def short_run(master: RecordedMaster) -> None:
 
 
 def busy_run(master: RecordedMaster) -> None:
-    """`short_run`, then servo ON, program and commands where they must not have an effect."""
+    """Run `short_run`, then servo ON, a program and commands at times when they have no effect."""
     short_run(master)
     master.turn_and_wait("SI00", False)
     master.pulse("SI01", 120)
@@ -107,7 +107,7 @@ def exercised(master: RecordedMaster) -> None:
 
 
 def _up(master: RecordedMaster) -> None:
-    """SI(00) and SI(06) ON, alarms reset, servos ON."""
+    """Switch SI(00) and SI(06) ON, reset alarms, and switch the servos ON."""
     for name in ("SI00", "SI06"):
         if not master.si[32] & {"SI00": 1, "SI06": 64}[name]:
             master.turn_and_wait(name, True)
@@ -204,7 +204,7 @@ def _data(master: RecordedMaster) -> None:
 
 
 def _handshake(master: RecordedMaster) -> None:
-    """Commands that are changed, early or late, as no PLC should send them."""
+    """Send commands that are changed, early or late, as no PLC should send them."""
     for words in ((0x0506,), (0x0501, 0, 0, 9)):
         master.send(0x0501)
         master.run(5)

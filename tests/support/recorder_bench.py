@@ -75,7 +75,7 @@ def _alone() -> Alone:
 
 
 def short(entry: Mapping[str, Any]) -> Row:
-    """Kind, Number and Result of an entry."""
+    """Return Kind, Number and Result of an entry."""
     return entry["Kind"], entry["Number"], entry["Result"]
 
 

@@ -83,7 +83,7 @@ def run_trip(trip: Trip) -> object:
 
 
 def answer(*words: int) -> Words:
-    """M and m+2 of a normal end, and the words from m+4 on."""
+    """Return m and m+2 of a normal end, and the words from m+4 on."""
     return (0x0200, 0, *words) + (0,) * (14 - len(words))
 
 
@@ -102,7 +102,7 @@ def point_is(number: int, flags: int, *data: int) -> Words:
 
 
 def states_are(*states: int) -> Words:
-    """Servo, origin: axes 5 and 6 are not there."""
+    """Return the answer with states of servo or origin; axes 5 and 6 do not exist."""
     return answer(*states, 9, 9)
 
 

@@ -48,13 +48,13 @@ def _forget_origins(master: Master) -> None:
 
 
 def _way_of_axis_1(master: Master) -> int:
-    """-1, 0 or 1."""
+    """Return the direction in which axis 1 has moved: -1, 0 or 1."""
     place = master.robot.positions[0]
     return (place > 0) - (place < 0)
 
 
 def _moves() -> list[Trip]:
-    """Movements, read back as current position."""
+    """Return the trips of movements, read back as current position."""
     trips: list[Trip] = []
     for point, place in ((1, FIRST), (2, SECOND)):
         by_point: dict[int, Step] = {

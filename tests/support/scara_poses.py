@@ -73,7 +73,7 @@ class Pose:
 
     @property
     def zeros(self) -> tuple[int, ...]:
-        """Pulses of axes 1 to 4 at 0 degrees and 0 mm."""
+        """Return the pulses of axes 1 to 4 at 0 degrees and 0 mm."""
         own = (axis["zero"] for axis in _axes(self.model))
         return tuple(zero + by for zero, by in zip(own, self.away, strict=True))
 

@@ -57,7 +57,7 @@ class Place:
 
     @property
     def limits(self) -> tuple[int, int]:
-        """Lowest and highest whole number that fits."""
+        """Return the lowest and the highest whole number that fits."""
         if self.kind == "s":
             return -(1 << (self.width - 1)), (1 << (self.width - 1)) - 1
         return 0, (1 << self.width) - 1

@@ -6,7 +6,7 @@ from plc_bench import ROOT, PlcBench
 
 
 def sequences() -> PlcBench:
-    """Controller in its normal state, AUTO, servos off, SI(00) and SI(06) ON and settled."""
+    """Return a bench in AUTO with the servos off, SI(00) and SI(06) ON and settled."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc.power_up()
     return plc
@@ -21,7 +21,7 @@ def servo_on() -> PlcBench:
 
 
 def in_emergency_stop() -> PlcBench:
-    """SI(00) is held OFF by FB_EmergencyStop, SO(00) and SO(03) are ON, Execute has fallen."""
+    """Return a bench in emergency stop by FB_EmergencyStop, with SO(00) and SO(03) ON."""
     plc = servo_on()
     plc["EmergencyStop.Execute"] = True
     plc.scan()
@@ -35,7 +35,7 @@ def in_emergency_stop() -> PlcBench:
 
 
 def program_stopped() -> PlcBench:
-    """FB_ProgramStop holds SI(06) OFF, its Execute has fallen."""
+    """Return a bench whose FB_ProgramStop holds SI(06) OFF; its Execute has fallen."""
     plc = servo_on()
     plc.outputs(SO14=False)
     plc["ProgramStop.Execute"] = True

@@ -41,7 +41,7 @@ class View:
 
     @property
     def stopped(self) -> bool:
-        """Emergency stop, by the controller or by the PLC."""
+        """Return whether there is an emergency stop, by the controller or by the PLC."""
         return "SO00" in self.so or not self.ok["SI00"]
 
     def trouble(self, *conditions: tuple[bool, int]) -> int:

@@ -30,7 +30,7 @@ def own_addresses(count: int) -> list[str]:
 
 @contextmanager
 def watching(pids: Iterable[int]) -> Iterator[None]:
-    """Whatever is done inside, all these processes must have ended soon after it."""
+    """Check that all processes started inside end soon after it."""
     watched = {pid: os.pidfd_open(pid) for pid in pids}
     try:
         yield
@@ -133,7 +133,7 @@ class ServeProcess:
 
 
 def _parents() -> dict[int, int]:
-    """Process ids to those of their parents."""
+    """Return the parent of each process."""
     found = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdecimal():
@@ -146,7 +146,7 @@ def _parents() -> dict[int, int]:
 
 
 def _runs(pid: int, module: str) -> bool:
-    """Has it been started for this module, or been copied for it?"""
+    """Return whether the process was started for this module, or was copied for it."""
     process = Path(f"/proc/{pid}")
     name = (process / "comm").read_text().strip()
     started = name.startswith("python")

@@ -110,7 +110,7 @@ def _texts() -> list[Row]:
 
 
 def _by_name() -> list[Row]:
-    """Arguments by their names, in another order (table 19)."""
+    """Return rows whose arguments are given by name, in another order (table 19)."""
     two = "STRING 'XY'"
     return [
         *rows("LEFT(L := {0}, IN := {1})", "STRING", ("INT 2", _S, "ab")),

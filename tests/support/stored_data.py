@@ -16,7 +16,7 @@ def ready(**config: Any) -> Master:
 
 
 def long_words(*values: int) -> tuple[int, ...]:
-    """Signed 32 bit numbers, lower word first."""
+    """Return signed 32 bit numbers as words, the lower word first."""
     return struct.unpack(f"<{2 * len(values)}H", struct.pack(f"<{len(values)}i", *values))
 
 
@@ -26,7 +26,7 @@ def real_words(value: float) -> tuple[int, ...]:
 
 
 def text_words(text: str, filler: str) -> tuple[int, ...]:
-    """Sixteen characters, the first in the lower byte."""
+    """Return sixteen characters, the first in the lower byte."""
     return struct.unpack("<8H", text.ljust(16, filler).encode("latin-1"))
 
 

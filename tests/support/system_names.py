@@ -92,7 +92,7 @@ def hidden_on(module: str, system: str) -> frozenset[str]:
 
 
 def absent_on(system: str) -> set[str]:
-    """Modules that this system lacks, and Linux has."""
+    """Return the modules that this system lacks and Linux has."""
     every = {one for one in sys.stdlib_module_names if _stub(one) is not None}
     return {one for one in every if _is_on(one, "linux") and not _is_on(one, system)}
 
@@ -139,7 +139,7 @@ def _asked(arguments: list[ast.expr], aliases: Mapping[str, str]) -> Iterator[st
 
 
 def _imported(tree: ast.Module) -> tuple[dict[str, str], set[str]]:
-    """Modules of the standard library by the names they have here; imports of what some lack."""
+    """Return imported modules by their local names, and imports that some systems lack."""
     aliases: dict[str, str] = {}
     found: set[str] = set()
     for node in ast.walk(tree):

@@ -27,7 +27,7 @@ _WAYS = ("arch_distance1", "arch_distance2")
 
 
 def legal(command: Command, chance: random.Random) -> dict[str, FieldValue]:
-    """Random legal values of all fields; limits more often than what lies between them."""
+    """Return random legal values of all fields; limits more often than values between them."""
     values: dict[str, FieldValue] = {}
     for part in sorted(command.request, key=lambda part: bool(part.by)):
         values[part.name] = _value(command, part, values, chance)
@@ -77,7 +77,7 @@ def stray_bits(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
 
 
 def illegal_pairs(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Telegrams with two flags that exclude each other, or with a product that is too large."""
+    """Return telegrams with two flags that exclude each other, or with a too large product."""
     values = legal(command, random.Random(command.code))
     flags = sorted({name for pair in command.exclusive for name in pair})
     for first, second in combinations(flags, 2):
@@ -104,14 +104,14 @@ def _intervals(limits: tuple[int, ...]) -> list[tuple[int, int]]:
 
 
 def _width(part: Field) -> tuple[int, int]:
-    """Lowest and highest number that the field can carry."""
+    """Return the lowest and highest number that the field can carry."""
     if part.type == "bits":
         return 0, (1 << (part.bits[1] - part.bits[0] + 1)) - 1
     return _LIMITS[part.type]
 
 
 def _allowed(part: Field, values: Mapping[str, FieldValue]) -> tuple[int, ...] | None:
-    """Limits that count; None: any number that the field can carry."""
+    """Return the limits that apply; None means any number that the field can carry."""
     if not part.by:
         return part.range
     return part.ranges.get(values[part.by])  # type: ignore[arg-type]
@@ -158,7 +158,7 @@ def _inside(number: int, limits: tuple[int, ...]) -> bool:
 
 
 def _wrong(part: Field, selector: int | None) -> Iterator[FieldValue]:
-    """Values that the field can carry, but must not have."""
+    """Return values that the field can carry, but must not have."""
     limits = part.range if selector is None else part.ranges[selector]
     if part.type == "text":
         for code in range(1, 0xFF):

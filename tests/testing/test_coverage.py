@@ -51,7 +51,10 @@ Run = Callable[..., pytest.RunResult]
 
 @pytest.fixture
 def run(pytester: pytest.Pytester) -> Run:
-    """Runs tests of a project with coverage; with workers as a process of its own."""
+    """Return a function that tests a project with coverage.
+
+    With workers in a process of its own.
+    """
     for name, text in {"plc/Lamp.st": _LAMP, "lib/FB_Blink.st": _BLINK, "other.st": _OTHER}.items():
         file = pytester.path / name
         file.parent.mkdir(exist_ok=True)

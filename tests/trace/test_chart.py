@@ -20,7 +20,7 @@ def area(code: int = 0, byte32: int = 0, byte33: int = 0) -> bytes:
 
 
 def servo_on() -> Timeline:
-    """SI(01) at 100 ms, SO(02) at 150 ms, SI(01) withdrawn at 250 ms, then a command."""
+    """Return a timeline: SI(01) ON from 100 to 250 ms, SO(02) ON at 150 ms, then a command."""
     timeline = Timeline()
     steps = [
         (0, area(), area()),

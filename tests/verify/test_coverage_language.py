@@ -348,7 +348,7 @@ _DTD = {"coverage": (["sources", "packages"], {"lines-covered", "lines-valid", "
 
 @pytest.fixture
 def result(run: Run) -> FileResult:
-    """9 lines with statements, of which 5 are executed whole."""
+    """Return a result of 9 lines with statements, of which 5 are executed completely."""
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     declared = "    Axis : FB_Axis;\n    n : INT;\n"
     return run(body, declared, {"n": 4}, before=_METHODS)

@@ -32,13 +32,13 @@ def of_program(build_cell: Build, repository: Path, tmp_path: Path) -> Callable[
 
 @pytest.fixture
 def cell(of_program: Callable[[str], Cell]) -> Cell:
-    """Blocks that a program calls."""
+    """Return a cell whose program calls blocks."""
     return of_program("Contract.st")
 
 
 @pytest.fixture
 def inside(of_program: Callable[[str], Cell]) -> Cell:
-    """Level blocks, and blocks inside blocks."""
+    """Return a cell with level blocks, and blocks inside blocks."""
     return of_program("ContractInside.st")
 
 

@@ -21,7 +21,7 @@ SLOW = RobotConfig(boot_time=0.0, command_delay=500.0, skip_run_status="never")
 
 @pytest.fixture
 def cell(raw_cell: Build) -> Cell:
-    """Connected, with the inputs OFF; nothing has been broken."""
+    """Return a connected cell with the inputs OFF and no broken rule."""
     cell = raw_cell(scan="10ms", rpi="10ms", robot=RobotConfig(boot_time=0.0))
     cell.run("100ms")
     assert not cell.violations

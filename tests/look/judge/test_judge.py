@@ -75,7 +75,10 @@ class Verdict:
 
 
 def _powered() -> Recording:
-    """SI(00) ON at 200 ms, SI(06) at 400 ms, SI(01) at 600 ms; servos on at 650 ms."""
+    """Return a recording: SI(00) ON at 200 ms, SI(06) at 400 ms, SI(01) at 600 ms.
+
+    Servos on at 650 ms.
+    """
     made = Recording()
     made.plc(200 * MS, 0x01)
     made.plc(400 * MS, 0x41)
@@ -86,7 +89,7 @@ def _powered() -> Recording:
 
 
 def _moved(made: Recording, at_us: int = 1_000 * MS) -> None:
-    """MOVE, PTP to point 19: data, code, run after 20 ms, end after 300 ms more, reset."""
+    """Add MOVE, PTP to point 19: data, code, run after 20 ms, end after 300 ms more, reset."""
     data = {8: 19}
     made.plc(at_us - 20 * MS, 0x41, data)
     made.plc(at_us, 0x41, {0: 1, **data})

@@ -42,7 +42,7 @@ class Heard:
 
 
 def _quiet(story: Story, begin_us: int = 0, packets: int = 10) -> Story:
-    """Opens, and repeats the same areas every 10 ms."""
+    """Open a connection, and repeat the same areas every 10 ms."""
     story.open(begin_us)
     for k in range(1, packets + 1):
         story.both(begin_us + 10_000 * k, FREE, OK)

@@ -145,7 +145,7 @@ def test_legal_telegrams_are_taken_and_say_what_was_meant(code: int) -> None:
 
 @every_code
 def test_an_illegal_value_ends_in_the_format_alarm(code: int, fresh: Master) -> None:
-    """Illegal are values beyond a limit or without a meaning, wrong numbers of bits, and texts.
+    """Tried: values next to a limit or without a meaning, zero or two bits for one, and texts.
 
     Rule: abnormal-end, comment-characters, one-axis.
     Source: remote command guide 4.2 to 4.9; 1.2, abnormal end status
@@ -247,7 +247,7 @@ def test_robot_1_is_there_and_robots_2_to_4_are_not(code: int, fresh: Master) ->
 
 
 def _with_absent_axes(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Telegrams that are legal but for the robot: it has no axis 5 and no axis 6."""
+    """Return telegrams that are legal except for the robot: it has no axis 5 and no axis 6."""
     names = {part.name for part in command.request}
     plain = dict.fromkeys(("axis_designation", "axes", "point", "pallet", "work"), 1)
     plain |= dict.fromkeys(("speed_mode", "position_pulses", "position_mm"), 0)

@@ -20,7 +20,7 @@ MINUS = 0x0080
 
 
 def _incher(amount: int, **config: Any) -> Master:
-    """Servos on, the amount set by command for robot 1."""
+    """Return a master with the servos on, and the amount set by command for robot 1."""
     master = servos_on(**config)
     assert master.execute(0x0027, 0, amount)[0] == 0x0200
     return master

@@ -14,7 +14,7 @@ DI, DO, MO, LO, TO, SI, SO = range(7)
 
 
 def _word(kind: int, port: int, bit: int = 0) -> int:
-    """Word n+4: `port` as its name is written, 12 for DO12()."""
+    """Return word n+4 for a port by its name: 12 for DO12()."""
     return kind << 12 | port // 10 << 8 | port % 10 << 4 | bit
 
 

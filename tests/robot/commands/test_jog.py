@@ -28,7 +28,7 @@ def _jogger(**config: Any) -> Master:
 
 
 def _jog_for(master: Master, ms: float, *words: int) -> tuple[int, ...]:
-    """Jog; the stop input goes OFF `ms` after the cycle that starts it. Words m to m+30 then."""
+    """Jog until the stop input goes OFF after `ms`, and return words m to m+30."""
     master.send(*words)
     master.run(ms)
     assert master.status == 0x0100
@@ -158,7 +158,7 @@ def test_a_jog_whose_command_is_cleared_goes_on_until_the_stop_input_is_off(code
 
 
 def _coordinates(shift: tuple[int, int, int, int], hand: Hand, start: int) -> Master:
-    """Axis 4 at `start`; shift 1 and hand 1 are selected."""
+    """Return a master whose axis 4 is at `start`, with shift 1 and hand 1 selected."""
     axes = (Axis(), Axis(), Axis(), Axis(start=start))
     master = _jogger(axes=axes, shifts={1: shift}, hands={(1, 1): hand})
     master.execute(0x003B, 0, 1)

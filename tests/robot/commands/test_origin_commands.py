@@ -17,7 +17,7 @@ SEMI = Axis(start=700, type="semi_absolute")
 
 
 def _master(*axes: Axis, **config: Any) -> Master:
-    """Servos on; each group of axes takes 200 ms to its origin."""
+    """Return a master with servos on; each group of axes takes 200 ms to its origin."""
     return servos_on(axes=axes, origin_time=200, **config)
 
 

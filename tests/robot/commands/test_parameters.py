@@ -33,7 +33,7 @@ def _write(master: Master, number: int, axes: int, value: int, robot: int = 0) -
 
 
 def _read(master: Master, number: int, axes: int, robot: int = 0) -> tuple[int, ...]:
-    """Words m+8 and m+10; all others are as they must be."""
+    """Check the other response words, and return m+8 and m+10."""
     answer = master.execute(robot << 12 | READ, 0, number, axes)
     assert answer[:4] == (0x0200, 0, number, axes)
     assert answer[6:] == (0,) * 10

@@ -23,7 +23,7 @@ def _mover(workpiece: int | None = 4_500, **config: Any) -> Master:
 
 
 def _words(code: int, flags: int = 0, force: int = 0, time: int = 0) -> tuple[int, ...]:
-    """Axis 3 to 5000 pulses = 10.000 mm with 50 %."""
+    """Return the words that push axis 3 to 5000 pulses = 10.000 mm with 50 %."""
     target = {0x004B: (19, 0), 0x004C: (10_000, 0), 0x004D: (5_000, 0)}[code]
     return (code, flags | ONE | 0x0004, AXIS_3, 50, *target, 0, 0, force & 0xFFFF, time)
 

@@ -16,7 +16,7 @@ TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2, robot_type=5000), Axis(robot=2, robo
 
 
 def _data(*words: int) -> tuple[int, ...]:
-    """m+4 and on; m+2 and all behind is 0."""
+    """Return the response words from m+2 on: 0, the given words, then zeros."""
     return (0, *words, *(0,) * (14 - len(words)))
 
 

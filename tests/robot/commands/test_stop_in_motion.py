@@ -136,7 +136,7 @@ def test_an_arc_is_stopped_on_the_arc(where: int) -> None:
 
 
 def _interrupted(master: Master, name: str) -> None:
-    """Stopped after 200 ms; ready for the next command."""
+    """Return a master whose movement was stopped after 200 ms; it is ready for a command."""
     master.send(*MOVEMENTS[name])
     master.run(200)
     master.turn_and_wait("SI06", False)

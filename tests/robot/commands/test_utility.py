@@ -54,7 +54,7 @@ def _system(master: Master) -> tuple[int, int, int]:
 
 
 def _at_work(**config: Any) -> Master:
-    """Servos on three times, moved by 120 mm and 45 mm and at work for at least 3 s."""
+    """Return a robot after servos on (three times), 120 mm and 45 mm of movement, and 3 s."""
     master = _master(**config)
     for _ in range(2):
         master.pulse("SI01")

@@ -82,7 +82,7 @@ def test_the_command_of_the_example_is_answered_as_printed(number: int) -> None:
 
 
 def _jog(example: Mapping[str, Any], start: list[int]) -> tuple[Master, tuple[int, ...]]:
-    """Jog from `start` for 100 ms until the stop input goes OFF; the words at the end."""
+    """Jog from `start` until the stop input goes OFF after 100 ms, and return the words."""
     state = example["state"]
     master = in_state({"start_pulses": start})
     master.send(*_words(example["command"]))

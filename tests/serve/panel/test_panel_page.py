@@ -59,7 +59,7 @@ class _Panel:
         WebDriverWait(self.browser, _LIMIT_S, poll_frequency=0.02).until(now, what)
 
     def key(self, name: str) -> bool:
-        """Is it pressed in the program?"""
+        """Return whether the key is pressed in the program."""
         return bool(self.program.read(f"Main.Panel.Key.{name}"))
 
     def shows(self, selector: str) -> str:
@@ -133,7 +133,7 @@ def test_selections_are_chosen_and_the_message_is_shown_in_its_language(panel: _
 
 
 def _type_point(panel: _Panel, text: str) -> None:
-    """Another text in the field of the point to teach; it still has the focus."""
+    """Type another text into the field of the point to teach; the field keeps the focus."""
     field = panel.browser.find_element(By.CSS_SELECTOR, "[data-number=Point]")
     field.click()
     field.send_keys(Keys.CONTROL, "a")

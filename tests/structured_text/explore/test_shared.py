@@ -21,7 +21,7 @@ _SIZE = 300
 
 @pytest.fixture
 def together(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Up to five states go to a worker together from the beginning."""
+    """Send up to five states to a worker together from the beginning."""
     monkeypatch.setattr(shared_module, "SHARE", 1)
     monkeypatch.setattr(shared_module, "MOST", 5)
 

@@ -161,7 +161,7 @@ copies = pytest.mark.skipif(not system.COPIES, reason="this system has no copies
 
 
 def _in_new_python(code: str) -> tuple[int, str, str]:
-    """Exit code and what is said: a copy of the tests' process would have their threads' locks."""
+    """Run in a new process, since a fork would inherit locks; return exit code and output."""
     given = (
         "import os, signal, subprocess, sys\nfrom structured_text.output.system import PipedCopy\n"
     )

@@ -42,7 +42,7 @@ def test_without_matiec_the_figures_are_said_to_be_missing(monkeypatch: pytest.M
 
 @pytest.fixture(scope="module")
 def measured() -> list[sizes.Size]:
-    """Measured once for the file."""
+    """Return the sizes, measured once for the file."""
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         pytest.skip(MISSING)

@@ -25,7 +25,7 @@ def test_a_generated_page_is_current(path: str) -> None:
 
 
 def _links(page: str) -> list[tuple[str, str]]:
-    """File and heading of every link of a page; empty where it says none."""
+    """Return file and heading of every link of a page; empty if the link names none."""
     text = (_ROOT / page).read_text(encoding="utf-8")
     return re.findall(r"\]\(([^)#:]*)(?:#([^)]+))?\)", text)
 

@@ -56,7 +56,7 @@ def test_exhaustive_tests_run_last(repository_states: TestStates) -> None:
 
 @pytest.fixture
 def repository_states(tmp_path_factory: pytest.TempPathFactory) -> TestStates:
-    """States of no tests."""
+    """Return the states of no tests."""
     return TestStates(tmp_path_factory.getbasetemp())
 
 

@@ -117,7 +117,7 @@ class _Playground:
         return self.change(lambda: self.run(f"void (location.hash = {program!r})"))
 
     def write(self, text: str) -> None:
-        """Another text for the file that is shown."""
+        """Type another text into the file that is shown."""
         self.browser.execute_script(
             "const edit = document.getElementById('edit'); edit.value = arguments[0];"
             "edit.dispatchEvent(new Event('input'))",

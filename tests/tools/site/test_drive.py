@@ -24,7 +24,7 @@ def runner(tmp_path: Path) -> Runner:
 
 @pytest.fixture
 def run(runner: Runner) -> Run:
-    """Runs an offered program, with other entries in its job, as the page asks for it."""
+    """Run an offered program, with other entries in its job, as the page does."""
 
     def asked(job: dict[str, Any], tell: Callable[[float], object] = print, **others: Any) -> Any:
         whole = {"rpi": 10_000, **job, **others, "name": job["title"]}

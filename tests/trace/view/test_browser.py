@@ -48,7 +48,7 @@ class Page:
         return self.browser.execute_script(f"return {expression}")
 
     def click(self, selector: str) -> None:
-        """Click at the first element that it selects."""
+        """Click the first element that matches the selector."""
         self.browser.find_element(By.CSS_SELECTOR, selector).click()
 
     def press(self, *keys: str) -> None:
@@ -85,7 +85,7 @@ class Page:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[WebDriver]:
-    """Chromium without a window."""
+    """Return Chromium without a window."""
     with chromium(1280, 900, "performance") as driver:
         yield driver
 

@@ -32,7 +32,7 @@ def editor() -> Iterator[Editor]:
 
 @pytest.fixture
 def at_entry(editor: Editor, lamps: Path) -> Callable[..., Editor]:
-    """Launches the lamps and stops before their first statement."""
+    """Launch the lamps, and stop before their first statement."""
 
     def start(**launch: Any) -> Editor:
         editor.start(sources=[str(lamps)], stopOnEntry=True, **launch)
@@ -43,7 +43,7 @@ def at_entry(editor: Editor, lamps: Path) -> Callable[..., Editor]:
 
 @pytest.fixture
 def stopped(editor: Editor, lamps: Path) -> Callable[..., Editor]:
-    """Launches the lamps with these breakpoints and runs to the first."""
+    """Launch the lamps with these breakpoints, and run to the first."""
 
     def start(*breakpoints: Any, **launch: Any) -> Editor:
         editor.start({lamps: list(breakpoints)}, sources=[str(lamps)], **launch)

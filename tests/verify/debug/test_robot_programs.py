@@ -26,7 +26,7 @@ Start = Callable[..., Editor]
 
 @pytest.fixture
 def shaking(editor: Editor) -> Start:
-    """Launches the cell with breakpoints by file and runs to the first."""
+    """Launch the cell with breakpoints by file, and run to the first."""
 
     def start(breakpoints: dict[str | Path, list[Any]]) -> Editor:
         editor.start(breakpoints, sources=[str(PLC)], robot=str(FOLDER / "shake.toml"))

@@ -198,7 +198,7 @@ def other_package(folder: Path, repository: Path) -> Path:
 
 @contextmanager
 def worker_with(package: Path, address: str) -> Iterator[None]:
-    """Meanwhile there is a worker that imports from a folder."""
+    """Run a worker that imports from a folder."""
     command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--no-nanny"]
     worker = subprocess.Popen(
         [*command, "--nthreads", "1", "--no-dashboard"],
