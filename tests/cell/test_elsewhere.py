@@ -34,7 +34,7 @@ END_VAR
 OutputArea[45] := InputArea[45];
 END_PROGRAM
 """
-#: Nothing that this computer does meanwhile is a loss of the link.
+#: Time-outs so long that other work of this computer cannot cause a loss of the link.
 _PATIENT = "5s"
 _WITHIN = "60s"
 

@@ -21,7 +21,7 @@ Build = Callable[..., Cell]
 Captured = pytest.CaptureFixture[str]
 
 DEMO = ("plc", "examples", "01_power_up")
-#: Longest silence that is no loss of the link; other work on this computer must not break it.
+#: Longest silence without a loss of the link; other work of this computer must not cause one.
 PATIENT = "5s"
 
 

@@ -273,7 +273,7 @@ def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, mome
         check=False,
         env={**os.environ, "RCX_CACHE": "off"},
     )
-    progress = ("compiling", "running")  # what is told while this computer is slow
+    progress = ("compiling", "running")  # printed if this computer is slow
     said = [line for line in done.stderr.splitlines() if not line.startswith(progress)]
     assert (done.returncode, said) == (130, ["rcx: interrupted"])
 

@@ -28,7 +28,7 @@ for words in json.loads(sys.argv[1]):
     report.append([code, sorted(set(sys.modules) - before)])
 print(json.dumps(report))
 """
-#: What costs a tenth of a second or more, and no command of these needs.
+#: Modules that take 0.1 s or more to import, and that none of these commands needs.
 _HEAVY = {"asyncio", "cpppo", "distributed", "hypothesis", "numpy", "pytest", "selenium", "z3"}
 _HEAVY |= {"aiohttp", "pymodbus", "pydantic", "http.server"}
 
@@ -42,7 +42,7 @@ def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
     return [set(modules) for _, modules in report]
 
 
-#: What measures and proves programs.
+#: Packages that measure and prove programs.
 _MEASURES = ("coverage", "mutants", "prove", "explore", "debug", "farm")
 
 
@@ -95,7 +95,7 @@ def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_
     """Source: reading and compiling Structured Text is a fifth of a start; what it gave is kept."""
     example = repository / "plc" / "examples" / "01_power_up"
     words = ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"]
-    # Of temporary files nothing is kept, and this may be a temporary clone.
+    # Temporary files are not cached, and this may be a temporary clone.
     kept = {"TMPDIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path), "RCX_CACHE": "on"}
     _imported(words, **kept)
     (again,) = _imported(words, **kept)

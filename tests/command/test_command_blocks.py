@@ -35,7 +35,7 @@ _UNREACHED = {
     "data_number": {63: "several data at once", 15: "several data at once"},
 }
 
-#: Fields that a block leaves 0, because another one is there for them.
+#: Fields that a block leaves 0, because another block serves them.
 _ZERO = {
     "FB_ReadPositionPulses": ("continuous",),  # FB_ContinuousPosition
     "FB_ReadPositionMm": ("continuous",),

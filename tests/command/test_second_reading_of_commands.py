@@ -22,9 +22,9 @@ _SCAN_MS, _SPACING_MS = 40, 120
 _SCANS = 300
 _SHOWN = ("Done", "Busy", "Active", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _LIMITS_MS = (0, 80, 200, 480)
-#: The rival's code and first data word; the second one has no end by itself, the last is none.
+#: The rival's code and first data word. The second does not end by itself, the last is empty.
 _TELEGRAMS = ((0x0501, 0x0000), (0x1506, 0x0001), (0x1505, 0x0000), (0x0000, 0x0000))
-#: From a status, with a code out: what may follow, the same one more likely.
+#: Statuses that may follow a status while a code is out; most likely the same status.
 _FOLLOWS = {
     0x0000: (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000),
     0x0100: (0x0100, 0x0100, 0x0100, 0x0200, 0x4000, 0x0000),

@@ -25,7 +25,7 @@ _SHOWN = ("Valid", "Busy", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _SHOWN_BY_RIVAL = ("Done", "Busy", "Active", *_SHOWN[2:])
 _SCANS = 1500
 _LIMITS_MS = (0, 120, 320, 800)
-#: For so many scans the times are as calm, the rival as busy, and the controller silent or not.
+#: Scans of a phase with equal probabilities of disturbances and commands of the rival.
 _SPELL = 60
 _CALM, _RIVAL = (1.0, 0.3, 0.0), (1.0, 0.2, 0.0)
 _FOLLOWS = {

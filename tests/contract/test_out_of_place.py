@@ -23,16 +23,16 @@ from structured_text.engines.base import Value
 
 OUT_OF_PLACE = 0x8017
 PLACES = ("Early", "Late")
-#: They ask nothing of the controller: what they show is only older there.
+#: Blocks that request nothing from the controller; out of place they only show older values.
 LOOKING = ("FB_AutoMode", "FB_Interlock", "FB_Status")
-#: They take their input away wherever they are called: `test_a_stop_acts_...` below.
+#: Blocks that switch their input OFF wherever they are called: `test_a_stop_acts_...` below.
 STOPPING = {"FB_EmergencyStop": 0x0001, "FB_ProgramStop": 0x0040}
 BLOCKS = [name for name in (*library().edge, *library().level) if name not in LOOKING]
 _SOME = (
     *("FB_MoveIDirectMm", "FB_RemoteCommand", "FB_ContinuousPosition", "FB_Jog", "FB_ServoOn"),
     *("FB_PowerUp", "FB_EmergencyStop", "FB_SequenceControl", "FB_ToolPosition"),
 )
-#: What they need of the controller to be at work for some scans.
+#: Outputs of the controller that keep these blocks working for some scans.
 _OUTPUTS = {
     "FB_AlarmReset": {"SO03": True},
     "FB_ProgramReset": {"SO14": False},

@@ -258,5 +258,5 @@ def test_the_blocks_only_look(block: str) -> None:
     before = alone["Robot"]
     alone.scan(100_000)
     assert isinstance(before, dict)
-    before["Inner"]["Scan"] += 1  # the number of the scan alone goes on
+    before["Inner"]["Scan"] += 1  # only the scan number changes
     assert alone["Robot"] == before

@@ -173,7 +173,7 @@ def test_a_closed_connection_is_not_served_any_more(target: Target) -> None:
     target.open(replace(OWNER, number=2, t_to_o_id=0x33333333, kind=ConnectionKind.INPUT_ONLY))
     target.control.remove(1)
     target.receive_until(lambda: target.images.owner is OwnerState.CLOSED)
-    # What has arrived before is read in front of the next twenty.
+    # Packets that arrived earlier are read before the next twenty.
     identifiers: list[str] = []
     while identifiers.count("33333333") < 20:
         identifiers.append(target.receive()[6:10].hex())
@@ -186,7 +186,7 @@ def test_a_cut_cable_lets_nothing_through_and_ends_in_a_time_out(target: Target)
     target.send(packet(1))
     target.receive_until(lambda: target.images.status().received == 1)
     target.images.link = LinkState.CUT
-    # The master goes on sending: only because nothing arrives can it time out.
+    # The master continues to send; it times out only because nothing arrives.
     for number in range(2, 20_000):
         target.send(packet(number))
         with suppress(queue.Empty):

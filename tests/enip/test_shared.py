@@ -85,7 +85,7 @@ def test_a_writer_that_dies_within_an_image_leaves_the_one_before() -> None:
     memory = memoryview(bytearray(SharedImage.needs(4)))
     image = SharedImage(memory, 4)
     image.write(b"whol")
-    # Version 1 lies in the second slot of eight bytes; the third one is written half.
+    # Version 1 is in the second slot of eight bytes; the third slot is half written.
     memory[8 + 2 * 8 : 8 + 2 * 8 + 2] = b"xx"
     assert image.read() == b"whol"
 
@@ -107,7 +107,7 @@ def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
                 writer.write(f"{number:04}".encode())
             return b"torn"
 
-    # The slots of eight bytes lie behind a word of eight bytes; version 1 is in the second one.
+    # The slots of eight bytes follow a word of eight bytes; version 1 is in the second slot.
     reader = SharedImage(watched(memory, {8 + 8: OvertakenSlot()}), 4)
     assert reader.read() == b"0008"
 

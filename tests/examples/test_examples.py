@@ -14,7 +14,7 @@ from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, e
 from structured_text.errors import InputError
 
 _each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
-#: One area at the beginning, one of 256 bytes, one in words at offsets, those of two robots.
+#: An area at the beginning, one of 256 bytes, one in words at offsets, and two robots' areas.
 _NETWORKED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "12")]
 
 

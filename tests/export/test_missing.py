@@ -30,7 +30,7 @@ _PIN = "its initial value: set it where you call the block"
 _CONFIGURATION = "93: CONFIGURATION Config0: TASK Slow (line 95), PROGRAM Main (line 96)"
 _BLOCK = "FUNCTION_BLOCK FB_Mine"
 
-#: What each target does not carry of it, with the line: worked out by hand.
+#: Constructs that each target does not carry, with their lines, worked out by hand.
 _LOST = {
     "st": [],
     "plcopen": [],

@@ -24,7 +24,7 @@ _ALL = [one for one in EXAMPLES if one.name[:2] != "09"]
 _CASES = [(target, one.name) for target in _READ for one in (_ALL if target == "l5x" else EXPORTED)]
 
 _LIB = ROOT / "plc/lib"
-#: What runs a program of SCL: a block there, which an OB calls.
+#: A program of SCL is a block, which an OB calls.
 _OB = """\
 DATA_BLOCK "Main"
 {{ S7_Optimized_Access := 'TRUE' }}

@@ -24,7 +24,7 @@ from structured_text.export.words import FOLDER, unwritten, words
 from structured_text.language import standard
 from structured_text.language.scalars import ELEMENTARY
 
-#: Those of the second edition; what came later is refused as no part of the portable subset.
+#: Names of the second edition; later names are not in the portable subset and are refused.
 FUNCTIONS, BLOCKS = (
     {key: one for key, one in every.items() if standard.reserved(key)}
     for every in (dict[str, Any](standard.FUNCTIONS), dict[str, Any](standard.BLOCKS))

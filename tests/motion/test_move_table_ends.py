@@ -103,7 +103,7 @@ _FAULTS = [
     pytest.param({"outputs": {"SO02": False}}, 0x800C, id="servos off"),
     pytest.param({"Connected": False}, 0x8001, id="link"),
 ]
-#: What ends a table that began in AUTO mode; in MANUAL mode one may begin.
+#: Events that end a table started in AUTO mode; a table may start in MANUAL mode.
 _ENDS = [*_FAULTS, pytest.param({"outputs": {"SO10": False}}, 0x8006, id="AUTO mode off")]
 
 

@@ -36,7 +36,7 @@ _ROWS: dict[tuple[int, ...], tuple[int, bool]] = {
     (0x0301, 0x1020, 0): (4, True),
 }
 _ALL = list(_ROWS.values())
-#: What is injected, and what takes it away.
+#: An injected event, and the event that ends it.
 _FAULTS = {
     "emergency stop": ("emergency_stop", "emergency_stop_release"),
     "stop": ("StopOk", "StopOk"),

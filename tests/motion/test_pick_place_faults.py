@@ -10,13 +10,13 @@ from pick_bench import PickBench, picking
 _PLAIN = ["DO(20) OFF", "PTP 10 at 50", "DO(20) ON", "PTP 20 at 50", "DO(20) OFF"]
 _ASKING = ["DI2?", "DO(20) OFF", "DI2?", "PTP 10 at 50", "DO(20) ON", "DI2?", "PTP 20 at 50"]
 _ASKING += ["DI2?", "DO(20) OFF", "DI2?"]
-#: What is not as it has to be, and the error.
+#: A condition that is not met, and the error.
 _FAULTS = [
     *(("StopOk", False, 0x8007), ("SafeOk", False, 0x8003), ("SO00", True, 0x8003)),
     *(("SO03", True, 0x8004), ("SO02", False, 0x800C), ("SO01", False, 0x8002)),
     ("Connected", False, 0x8001),
 ]
-#: What ends a work that began in AUTO mode; in MANUAL mode one may begin.
+#: Events that end a work started in AUTO mode; a work may start in MANUAL mode.
 _ENDS = [*_FAULTS, ("SO10", False, 0x8006)]
 
 

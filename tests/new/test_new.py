@@ -16,12 +16,12 @@ from rcx_harness.robot import RobotConfig
 
 Captured = pytest.CaptureFixture[str]
 
-#: What the inner run does without, because loading it takes longer than the run itself.
+#: Plugins that the inner run omits, because loading them takes longer than the run itself.
 _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
 
 
 _CELL = "plc --robot robot.toml --properties campaign.toml"
-#: What the README says to verify the cell with, and what makes it quick here.
+#: Commands of the README that verify the cell, with options that make them quick here.
 _VERIFY = {
     "pytest --rcx-coverage": (),
     f"rcx campaign {_CELL} --seeds 100": (
@@ -35,7 +35,7 @@ _VERIFY = {
     "rcx prove plc": (),
     "rcx debug --vscode ~/.vscode/extensions/rcx-debug": (),
 }
-#: Those that have tests of their own here.
+#: Commands with tests of their own in this file.
 _APART = ("pytest", "rcx mutants")
 
 

@@ -10,7 +10,7 @@ from both_engines import ENGINES
 from operator_bench import OperatorBench
 
 _SPEED, _AMOUNT, _STEP, _POSITION = 0x0038, 0x0027, 0x0024, 0x0506
-#: Of a block beside the panel: any command.
+#: Code of another block; any command will do.
 _OTHER = 0x0102
 
 

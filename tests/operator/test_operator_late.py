@@ -8,7 +8,7 @@ from both_engines import ENGINES
 from operator_bench import OperatorBench
 
 _LINE, _TEACH, _STEP = 0x0403, 0x0028, 0x0024
-#: Of blocks beside the panel: a point is read, and one is moved to.
+#: Codes of other blocks: read a point, move to a point.
 _READ, _MOVE = 0x0102, 0x0001
 _CODES = {"StepLine": _LINE, "Teach": _TEACH}
 

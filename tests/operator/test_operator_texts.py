@@ -13,7 +13,7 @@ from structured_text.output.toml_files import load_toml
 
 _ROWS = load_toml(ROOT / "spec/errors.toml")["error"]
 _LANGUAGES = {"LANGUAGE_ENGLISH": "", "LANGUAGE_JAPANESE": "_ja"}
-#: What a panel shows often: from FB_RcxPanelReasons, and what its keys end with.
+#: ErrorIDs that a panel shows often: those of FB_RcxPanelReasons, and the results of its keys.
 _OFTEN = {0x8001, 0x8002, 0x8003, 0x8004, 0x8005, 0x8006, 0x8007, 0x800C, 0x8010, 0x8020, 0x807B}
 
 

@@ -15,7 +15,7 @@ _STATES = (
     *("COMPLETING", "COMPLETE"),
 )
 _NUMBERS = {state: number for number, state in enumerate(_STATES, start=1)}
-#: What follows an acting state that is done. Source: ROS-Industrial packml, transition table.
+#: State after an acting state is done. Source: ROS-Industrial packml, transition table.
 _DONE = {
     "CLEARING": "STOPPED",
     "STARTING": "EXECUTE",
@@ -146,7 +146,7 @@ def test_it_begins_aborted_and_goes_nowhere_by_itself() -> None:
     assert plc["PackMl.Mode"] == "PACKML_MODE_PRODUCTION"
 
 
-#: What takes the robot away, what gives it back, and the ErrorID.
+#: An event that makes the robot unavailable, the event that ends this, and the ErrorID.
 _TROUBLES = [
     ("Connected=0", "Connected=1", 0x8001),
     ("SO01=0", "SO01=1", 0x8002),

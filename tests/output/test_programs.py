@@ -19,7 +19,7 @@ from structured_text.output.programs import Program, run
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the programs are shell scripts")
 
 _LONGEST = 60
-#: Says its number, and goes on for ever; its output stays open meanwhile.
+#: Prints its process number and runs for ever, with its output open.
 _ENDLESS = "echo $$; exec sleep 1000"
 
 
@@ -86,7 +86,7 @@ def _assert_closed(stream: IO[bytes]) -> None:
     assert stream.read() == b""
 
 
-#: Who starts processes of this package, which end with their standard input.
+#: Modules that start processes of this package; these end with their standard input.
 _OWN = {
     "rcx_harness.enip.child",
     "rcx_harness.serve.host",

@@ -180,7 +180,7 @@ def test_the_defaults_of_an_axis_and_of_a_program() -> None:
         "steps": (),
         "file": "",
         "text": "",
-        "path": "",  # these two are no keys of a robot file
+        "path": "",  # these two are not keys of a robot file
         "offset": 0,
     }
 

@@ -143,7 +143,7 @@ def test_tasks_that_so13_does_not_show_are_stopped_and_are_not_reset_while_they_
     assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])
 
 
-#: What a task does beside MAIN, which suspends it when SI(20) comes and lets it go on with SI(21).
+#: Program of a second task. MAIN suspends it at SI(20) and restarts it at SI(21).
 HOLDER = RobotProgram(
     steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "WAIT SI(21)=1", "RESTART 2", "WAIT SI(27)=1"),
     loop=False,

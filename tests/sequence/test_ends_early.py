@@ -53,7 +53,7 @@ _ERRORS = {
     "SO13=1": 0x8008,
     "SO02=0": 0x800C,
 }
-#: What the application and the link can refuse.
+#: Conditions of the application and of the link that end a sequence.
 _PINS = "EmergencyStopOk=0 StopOk=0 Connected=0"
 
 

@@ -7,7 +7,7 @@ import pytest
 from plc_bench import ROOT, PlcBench
 from sequence_bench import pins, servo_on
 
-#: What each stage waits for: a pin of the area blocks, or outputs of the controller.
+#: Each stage waits for a pin of the area blocks, or for outputs of the controller.
 _GIVES: dict[str, str | dict[str, bool]] = {
     "CONNECTION": "Connected",
     "CPU_OK": {"SO00": True, "SO01": True, "SO03": True},

@@ -22,9 +22,9 @@ pytestmark = pytest.mark.skipif(
     reason="it needs signals, and loopback addresses besides 127.0.0.1",
 )
 
-#: Longest wait for its end [s].
+#: Longest wait for the end of the process [s].
 _PATIENCE_S = 60
-#: A controller whose first step is a mistake of ours.
+#: Child process whose first step raises an exception.
 _MISTAKEN = """
 import sys
 from rcx_harness.serve import station_process
@@ -35,7 +35,7 @@ def step(station, now_us, skipped=0):
 station_process.Station.step = step
 station_process.main(sys.argv[1])
 """
-#: One that tells something else, at once or after how it is, and waits for its end.
+#: Child process that prints invalid output, at once or after its status, and waits for its end.
 _MUMBLING = """
 import sys
 from rcx_harness.serve.status import Status
@@ -47,7 +47,7 @@ if more:
 print("[]" if first == "listing" else "nonsense", flush=True)
 sys.stdin.read()
 """
-#: One that does not end when it should.
+#: Child process that does not end when its standard input is closed.
 _DEAF = """
 import os
 import time

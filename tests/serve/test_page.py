@@ -27,7 +27,7 @@ from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
 from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
 _LIMIT_S = 300.0
-_MULTIPLIER = 5  # 128 packet intervals: a busy machine is no loss of the link
+_MULTIPLIER = 5  # 128 packet intervals: a busy machine must not lose the link
 _STOPS_RELEASED = bytes(32) + b"\x41" + bytes(15)
 
 
@@ -321,7 +321,7 @@ def test_the_chart_can_be_paused_and_shows_the_seconds_that_are_chosen(page: Pag
     before = axis()["start"]
     page.until(lambda: axis()["start"] != before, "the chart stands still")
     page.find("#pause").click()
-    # A picture that was asked for before may still come; then it stands.
+    # A picture that was requested earlier may still come; after it, none does.
     page.find('[data-seconds="5"]').click()
     page.until(lambda: axis()["span"] == "5000000", "another window is not drawn while paused")
     stood = axis()["start"]

@@ -26,9 +26,9 @@ pytestmark = pytest.mark.skipif(
     reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",
 )
 
-_MULTIPLIER = 5  # 128 packet intervals: a busy machine is no loss of the link
+_MULTIPLIER = 5  # 128 packet intervals: a busy machine must not lose the link
 _IDENTITY = (1, 1)
-#: Longest wait for its end [s].
+#: Longest wait for the end of the process [s].
 _PATIENCE_S = 60
 
 

@@ -203,7 +203,7 @@ def test_only_the_latest_commands_and_broken_rules_are_stored(running: ServedHos
         running.run(45)
     assert len(running.status.commands) == 20
     assert len(running.status.violations) == 20
-    assert running.status.violation_count == 29  # each second one comes too early
+    assert running.status.violation_count == 29  # every second change comes too early
 
 
 def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
@@ -230,7 +230,7 @@ def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
 def test_changes_of_the_chart_are_reported_once_with_their_time(running: ServedHost) -> None:
     start = running.run(150).t_us
     running.network.send(image(_SI00 | _SI06, 0, 0, 5))
-    (change,) = running.run(20).changes  # SI(01) OFF; word 2 is no matter of the chart
+    (change,) = running.run(20).changes  # SI(01) OFF; the chart does not show word 2
     assert (change.t_us - start, change.connected, change.si) == (5000, True, "00004100")
     assert running.run(20).changes == ()
     running.network.become(OwnerState.CLOSED)

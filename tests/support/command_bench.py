@@ -16,7 +16,7 @@ BLOCKS: Mapping[str, Block] = {
     name: block for name, block in library().blocks.items() if not block.handwritten
 }
 
-#: So many blocks are compiled together: fewer programs take longer each, more of them in all.
+#: Number of blocks in a program: with more, each takes longer; with fewer, all together do.
 _TOGETHER = 24
 
 

@@ -33,15 +33,15 @@ from structured_text.engines import build
 from structured_text.engines.base import Program
 from structured_text.projects.needed import needed
 
-#: From the end of the last wait to the end of a block, the pace of the inputs included [scans].
+#: Longest time from the end of the last wait to a block's end, including input pacing [scans].
 _SLACK = 30
-#: Longest until everything is withdrawn and free, once nothing is wanted any more [scans].
+#: Longest time until all requests are withdrawn and all turns are free [scans].
 _LET_GO = 45
 #: Scans of an enabled level block.
 _ENABLED = 18
-#: An undisturbed command, from the edge to its end [scans].
+#: Duration of an undisturbed command, from the edge to its end [scans].
 _PROMPT = 8
-#: Blocks that send several commands for one rising edge, and which.
+#: Blocks that send several commands for one rising edge, with their codes.
 _SEVERAL = {"FB_PickPlace": (0x0001, 0x0301, 0x0304)}
 
 _SERVO = Start(("SO02", "SO14"))
@@ -60,7 +60,7 @@ _STARTS: dict[str, Start] = {
 }
 #: Sequences that begin while a block holds SI(00) or SI(06) OFF.
 _HELD = {"FB_ServoOnFromEmergencyStop": "HoldEmergency", "FB_ProgramContinue": "HoldStop"}
-#: Commands of blocks that are built on those of others; here each of them sends one.
+#: Codes of blocks that contain other command blocks; here each sends one command.
 _CODES = {
     "FB_MoveTable": {0x0001},
     "FB_PointBackup": {0x101},
@@ -68,11 +68,11 @@ _CODES = {
     "FB_Override": {0x039, 0x50A},
     "FB_ToolPosition": {0x506},
 }
-#: Scans in which they look at what they were given, before anything goes out.
+#: Scans in which a block checks its inputs before it sends a command.
 _AHEAD = {"FB_MoveTable": 1, "FB_PickPlace": 1, "FB_PointRestore": 2}
-#: These refuse to begin while servos are off or there is an alarm.
+#: Blocks that refuse to start while servos are off or there is an alarm.
 _CAREFUL = ("FB_MoveTable", "FB_PickPlace")
-#: These wait for a connection.
+#: Blocks that wait for a connection.
 _PATIENT = ("FB_PowerUp",)
 
 #: Every block with Robot and Execute or Enable, found by its pins.
@@ -80,7 +80,7 @@ BLOCKS: tuple[str, ...] = (*library().edge, *library().level)
 
 _ALARM = ("AlarmGroup", "AlarmCategory")
 
-#: SO(00), SO(02), SO(03) in byte 32; what they are where something may move.
+#: SO(00), SO(02), SO(03) in byte 32, and their values if movements are allowed.
 _STANDING, _READY = 0b1101, 0b0100
 
 _PROGRAM = """PROGRAM Contract

@@ -37,7 +37,7 @@ AT_THE_END = Pattern(
 )
 #: Scans by which the controller answers later than at once.
 _DELAYS = (0, 2)
-#: In a sequence that is so long the patterns take turns [scans].
+#: In a sequence of this length or more, the patterns alternate [scans].
 _LONG = 20
 _PATTERNS = (HELD, ONE_SCAN, AGAIN, TOGGLED, AT_THE_END)
 

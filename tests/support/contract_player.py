@@ -38,7 +38,7 @@ class Fate(NamedTuple):
 
 _ALARM = (12, 600)
 
-#: What can become of a command.
+#: Possible fates of a command.
 FATES = (
     Fate("normal"),
     Fate("normal, by 0x0100", running=2),
@@ -60,7 +60,7 @@ FATES = (
     Fate("not ready for too long", stale=TOO_LATE, error=0x8015),
 )
 
-#: What can become of a dedicated output that answers.
+#: Possible fates of a dedicated output that answers.
 SIGNAL_FATES = ("normal", "late", "too late", "never", "withdrawn", "flickering")
 
 _LATE = 3

@@ -13,7 +13,7 @@ from rcx_harness.cli.debug import launched
 from structured_text.debug.protocol import Client
 from structured_text.debug.session import Session
 
-#: Nothing takes as long; a test that would hang fails [s].
+#: Longest wait [s]; a test that would hang fails instead.
 _LONGEST = 60
 
 

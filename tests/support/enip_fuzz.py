@@ -41,7 +41,7 @@ TO_ROBOT = bytes(range(48))
 #: Longest wait for a packet of the master [s]; only a failure takes it.
 _PATIENCE_S = 20.0
 _CHECK_EVERY = 20
-#: What the adapter's processes may grow by after the first hundred attacks [KiB].
+#: Allowed growth of the adapter's processes after the first hundred attacks [KiB].
 _GROWTH_KIB = 24_000
 
 

@@ -47,7 +47,7 @@ _NAMES = {
     94: "SetDate SetTime RemoteAlarmReset ResetSystemData DefineRealTimeOutput ReadRealTimeOutput",
     100: "EnableRealTimeOutput",
 }
-#: What an example's heading says that `given` does not.
+#: Pins that only the example's heading gives, not `given`.
 _SAYS: dict[int, Pins] = {
     19: {"Frame": "JOG_PULSES"},
     20: {"Frame": "JOG_CARTESIAN"},
@@ -150,7 +150,7 @@ _PARAMETER: Meaning = {
 
 _TORQUE: Meaning = {"axis": lambda axis: {"TorqueAxes": _bit(axis)}}
 
-#: Where a key means another pin.
+#: Blocks in which a key means another pin.
 _GIVEN_TO: dict[str, Meaning] = {
     "FB_ChangeSpeed": {"speed_percent": _to("Percent")},
     "FB_WriteShift": {"data_mm": _to("ShiftMm")},
@@ -232,7 +232,7 @@ _ANSWER: Meaning = {
     "item": lambda name: {"OutputItem": {"motor_duty": 13}[name]},
 }
 
-#: Where a key means another output.
+#: Blocks in which a key means another output.
 _ANSWER_AT: dict[str, Meaning] = {
     "FB_ReadShift": {"data_mm": _to("ShiftMm")},
     "FB_ReadHand": {  # data 1 comes with its scale and without

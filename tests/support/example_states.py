@@ -26,7 +26,7 @@ _PLACES = {"C1O1": Place(1, 1, 3, 1)}
 #: Between two quarters of the motor's rotation, 4096 pulses each.
 _BETWEEN_QUARTERS = 5000
 
-#: What stands in a state under the same name as in RobotConfig.
+#: Keys of a state with the same name as in RobotConfig.
 _SAME_NAME = ("inching_amount", "auto_speed", "manual_speed", "program_speed")
 
 
@@ -174,7 +174,7 @@ def _set_positions(master: Master, positions: list[int]) -> None:
     master.robot.positions[:] = positions[:4]
 
 
-#: What is set once the controller runs; the other keys are in its configuration.
+#: Keys that are set once the controller runs; the other keys are in its configuration.
 _SET: Mapping[str, Callable[[Master, Any], None]] = {
     "start_mm": lambda master, mm: _set_positions(master, list(_thousand(mm))),
     "start_pulses": _set_positions,

@@ -23,15 +23,15 @@ from fault_scenarios import SCENARIOS, Scenario
 
 __all__ = ["FAULTS", "Answer", "Case", "Fault", "Pattern", "Rig", "rig"]
 
-#: From the end of the last wait to the end of the block, pace of the inputs included [scans].
+#: Longest time from the end of the last wait to the block's end, including input pacing [scans].
 _SLACK = 60
-#: Longest that requests take to leave the wire, and turns to become free [scans].
+#: Longest time until requests are withdrawn and turns are free [scans].
 _LET_GO = 45
-#: Longest that the cell takes to a stable state once the causes are gone [scans].
+#: Longest time until the cell is stable once the causes are gone [scans].
 _STEADY = 150
-#: How late a late answer is, still within Timeout [scans].
+#: Delay of a late answer, which is still within Timeout [scans].
 _LATE = 8
-#: A sequence that is so long has the patterns take turns [scans].
+#: In a sequence of this length or more, the patterns alternate [scans].
 _LONG = 20
 #: Cases with a disturbed answer for a block and a fault.
 _MOST_SHAPED = 24

@@ -9,7 +9,7 @@ from typing import Any
 from fault_cell import FaultCell
 from rcx_harness.robot import Axis
 
-#: Longest that the cell takes to a stable state: boot, new connection, settling [scans].
+#: Longest time until the cell is stable: boot, new connection, settling [scans].
 _STEADY = 120
 
 _RECOVERY = ("FB_AlarmReset", "FB_ServoOn")
@@ -137,7 +137,7 @@ _HEAD_OF_50 = {
 }
 _ROW_OF_50 = {"Defined": True, "Flag": 1, "Values": [10_000, -20_000, 5_000, -18_000, 0, 0]}
 
-#: Every edge-triggered block of the library; of the generated ones, which are alike, two.
+#: Every edge-triggered block of the library, with two of the generated ones, which are alike.
 SCENARIOS: dict[str, Scenario] = {
     "FB_AlarmReset": Scenario(_alarm, ("SO03",), {"SO03": False}),
     "FB_AutoStart": Scenario(_program_stands, ("SO13",), {"SO13": True}, helpers=_START),

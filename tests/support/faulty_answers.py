@@ -119,7 +119,7 @@ def _stuck(name: str) -> Callable[[Areas], None]:
     return change
 
 
-#: What is wrong, by what is done to the areas of a right one.
+#: Faults by name, each with the change of a right controller's areas.
 WRONG: dict[str, Callable[[Areas], None]] = {
     "responses one word too late in the area": _each_end(_shift),
     "commands that are executed end abnormally, with their data": _each_end(_abnormal),

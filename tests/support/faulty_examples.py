@@ -54,7 +54,7 @@ steps = [
 when = "Main.Placed > BEFORE(Main.Placed)"
 within = "30s"
 """
-#: Two such cycles, with one tray.
+#: Two of these cycles, with one tray.
 _DUO_DEMANDS = '''length = "6s"
 [operator]
 buttons = ["Main.Start1", "Main.Start2", "Main.Stop", "Main.Reset1", "Main.Reset2"]

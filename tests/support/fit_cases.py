@@ -16,7 +16,7 @@ from recorded_robot import RecordedMaster, exercised
 
 _MARK = (Axis(), Axis(origin_method="mark"), Axis(type="incremental"), Axis(type="semi_absolute"))
 _STEPS = ("SO(20)=1", "WAIT SI(20)=1")
-#: What the robots are like; `--robot` is given with these, and the search begins there.
+#: Descriptions of the robots. They are passed with `--robot`, and the search starts from them.
 DESCRIPTIONS: dict[str, dict[str, Any]] = {
     "plain": {},
     "mark": {"axes": _MARK},
@@ -25,7 +25,7 @@ DESCRIPTIONS: dict[str, dict[str, Any]] = {
     "a program that waits": {"programs": (RobotProgram(steps=_STEPS),)},
     "extended": {"size": 256},
 }
-#: A description, and the keys that are to be found.
+#: A description, and the keys that the search must determine.
 CASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("plain", {}),
     ("plain", {"servo_on_delay": (20.0, 120.0), "emergency_release_delay": 30.0}),

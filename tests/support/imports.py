@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-#: What each module or room imports.
+#: Imports of each module or room.
 Graph = Mapping[str, frozenset[str]]
 
 #: A project that users get a copy of; no part of the package.

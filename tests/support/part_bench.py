@@ -17,7 +17,7 @@ _MOVE, _BIT, _PORT, _READ = 0x001, 0x301, 0x300, 0x304
 _FINGERS = 0x0040  # DI4()
 _CLOSES, _OPENS = 20, 21
 
-#: What is done to a command, by the scan of its execution: see `PartBench.fault`.
+#: Fault of a command, by the scan of its execution: see `PartBench.fault`.
 Fault = str
 
 

@@ -73,7 +73,7 @@ class PointsBench(PlcBench):
             return _ABNORMAL, ABSENT.get(code & 0xFFF, (6, 255))
         flag, *rest = self.stored[definition, number]
         if code & 0xFFF == 0x101:
-            rest[0] = flag  # the point flag stands at m+6, not at n+2
+            rest[0] = flag  # the point flag is at m+6, not at n+2
         elif code & 0xFFF == 0x111:
             rest[0] = code >> 12 or 1
         return _NORMAL, (0, number, *rest)

@@ -68,7 +68,7 @@ def _moves() -> list[Trip]:
         to_point = [(code, 1, 4, 0, point) for code in (0x010, 0x014)]
         direct = [(code, 1, 4, 0, place[2]) for code in (0x012, 0x013, 0x016, 0x017)]
         trips += [Trip(one[0], (one, PULSES), at(0, 0, place[2])) for one in to_point + direct]
-    for target, stops in ((700, 700), (3000, 2000)):  # the workpiece of axis 3 stands at 2000
+    for target, stops in ((700, 700), (3000, 2000)):  # the workpiece of axis 3 is at 2000
         points = {700: 2, 3000: 1}
         push_time = (0, 0, 0, 0, 20)  # [ms], n+18
         for code, data in ((0x04B, points[target]), (0x04C, target), (0x04D, target)):

@@ -27,13 +27,13 @@ from structured_text.projects.needed import needed
 
 #: Angle of axis 2 from stretched and from folded below which its pulses are not compared [deg].
 _NEAR = 20.0
-#: What rounding to 0.001 mm moves no axis by there; whole turns are far more [pulse].
+#: More than rounding to 0.001 mm can move an axis, and far less than a whole turn [pulse].
 _SAME = 1000
 _MOST_HAND, _MOST_SHIFT = 300, 500
-#: Of the shift and of the R axis, beyond what they may be without; and of the zeros [pulse].
+#: Additional tolerance for a shift and for a hand on the R axis; and for zeros [pulse].
 _MOST_TURNS, _MOST_ZERO = 10, 900_000_000
 
-#: What the heads of the blocks say: mm, degrees, pulses; mm.
+#: Tolerances in the heads of the blocks: mm, degrees, pulses; mm.
 LIMITS = {"place": 0.002, "turn": 0.001, "pulses": 2.0, "back": 0.02}
 
 _PROGRAM = """PROGRAM Kinematics
@@ -162,7 +162,7 @@ def poses(chance: random.Random, each: int) -> Iterator[Pose]:
             if number % 10 == 9:
                 on_r = chance.random() < 0.5
                 lengths = [chance.randint(-1000 * _MOST_HAND, 1000 * _MOST_HAND) for _ in range(3)]
-                if not on_r:  # arm 2 gets longer by up to so much, and turned by up to half a turn
+                if not on_r:  # it lengthens arm 2 by up to _MOST_HAND, and turns it by half a turn
                     most = round(180 * axes[1]["pulses_per_mm"])
                     lengths = [chance.randint(-most, most), abs(lengths[1]), lengths[2]]
                 hand = (lengths[0], lengths[1], lengths[2])

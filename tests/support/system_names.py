@@ -68,7 +68,7 @@ def _declared(body: list[ast.stmt], system: str, prefix: str) -> Iterator[str]:
         elif isinstance(node, ast.Assign):
             yield from (prefix + one.id for one in node.targets if isinstance(one, ast.Name))
         elif isinstance(node, ast.ImportFrom) and node.names[0].name == "*":
-            # Of the package's own parts: they are the same on all systems.
+            # The package's own parts are the same on all systems.
             yield from (name for name in names_of(str(node.module), system) if "." not in name)
         elif isinstance(node, ast.ImportFrom):
             yield from (prefix + one.name for one in node.names if one.asname == one.name)

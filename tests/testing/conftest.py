@@ -12,7 +12,7 @@ import rcx_harness.testing.cells  # noqa: F401 - stays loaded from one inner run
 #: `run(test, *options, ini={...})`: a run of that test file in a project with a program.
 Run = Callable[..., pytest.RunResult]
 
-#: What the inner run does without, because loading it takes longer than the run itself.
+#: Plugins that the inner run omits, because loading them takes longer than the run itself.
 _WITHOUT = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
 
 

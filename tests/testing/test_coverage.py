@@ -25,7 +25,7 @@ PROGRAM Lamp
 END_PROGRAM
 """
 
-#: Of the library of the project.
+#: A block of the project's library.
 _BLINK = """\
 FUNCTION_BLOCK FB_Blink
   VAR_INPUT Run : BOOL; END_VAR

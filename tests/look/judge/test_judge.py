@@ -168,7 +168,7 @@ _RUN, _END, _ABNORMAL = {0: 0x0100}, {0: 0x0200}, {0: 0x4000, 2: 12, 4: 600}
 _OUT = ("plc", 1_000, 0x41, {0: 1})
 _ENDED = ("robot", 1_020, SERVO, _END)
 
-#: What happens from 1 s on, the rule that it breaks, and words of the finding.
+#: Events from 1 s on, the rule that they break, and words of the finding.
 _BROKEN: dict[str, tuple[list[Change], str, str]] = {
     "an edge after 90 ms": ([("plc", 1_000, 0x8041, {}), ("plc", 1_090, 0x41, {})], "interval",
                             "plc, packet 219: interval: SI(17) OFF only 90 ms after SI(17) ON"),

@@ -18,7 +18,7 @@ from rcx_harness.spec.wire import SIZE
 from rcx_harness.trace import read_trace
 from structured_text.output.toml_files import parse_toml
 
-#: By question: its keys, each with what is assumed and with other values.
+#: For each question: its keys, each with the assumed value and other values.
 KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
     "versions": {"host_version": (0x0108, 0x0112), "host_revision": (0x0030, 0x0031),
                  "fpga_version": (0x1001, 0x1002), "driver_version": (0x0101, 0x0201)},
@@ -84,7 +84,7 @@ KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
     "sequence": {"sequence_program": (True, False), "emergency_stops_sequence": (False, True),
                  "sequence_delay": (5.0, 60.0)},
 }  # fmt: skip
-#: What else a controller has to be like, or what has to have happened, for a question to decide.
+#: Properties or events that a controller needs so that a question gives a result.
 PREPARED: dict[str, dict[str, Any]] = {"arm": {"scara_robots": (2,)}}
 NO_HOST = Subject("192.168.0.10", "RCX340", "A. B.", "2030-12-31")
 CASES = [

@@ -15,7 +15,7 @@ from round_trips_motion import MOTION_TRIPS
 
 TRIPS = (*MOTION_TRIPS, *DATA_TRIPS)
 CODES = [code for code in commands() if code]
-#: What they read does not change, or what they do has one outcome only: one round trip each.
+#: Commands with one round trip: their data never change, or they have only one outcome.
 ONE_OUTCOME = {0x041, 0x042, 0x043, 0x501, 0x502, 0x513, 0x604}
 
 every_code = pytest.mark.parametrize("code", CODES, ids="0x{:03X}".format)

@@ -105,7 +105,7 @@ def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals) -> None:
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(number)
     assert came == [number]
-    signal.raise_signal(number)  # while it ends, a second one changes nothing
+    signal.raise_signal(number)  # a second signal during the end has no effect
 
 
 @pytest.mark.usefixtures("handlers")

@@ -95,7 +95,7 @@ class _Tagged(mmap.mmap):
             self.made = ""
 
 
-#: To whom it is one.
+#: Packages that see Windows.
 _PACKAGES = ("rcx_harness", "structured_text")
 
 _INSTEAD: dict[str, dict[str, Any]] = {

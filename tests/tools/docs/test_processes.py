@@ -162,7 +162,7 @@ def test_the_steps_come_in_the_manuals_order(name: str) -> None:
     expected = set().union(*order)
     sides = ("rcx",) if name == "link_loss" else ("SI", "SO", "n", "m")
     happened = [change for _, change in run(name).changes() if change.startswith(sides)]
-    # What the chart shows before its first step, and signals that no step is about, are left out.
+    # Changes before the first step of the chart, and signals without a step, are left out.
     begin = min(happened.index(change) for change in order[0])
     taken = [change for change in happened[begin:] if change in expected]
     for number, step in enumerate(order, 1):

@@ -21,7 +21,7 @@ from structured_text.language.portability import lint
 _SVG = "{http://www.w3.org/2000/svg}"
 _each = pytest.mark.parametrize("name", processes())
 
-#: Width of a character and how the text stands, by class; 13 px where there is none.
+#: Width of a character and alignment of the text, by class; 13 px without a class.
 _WIDTHS = {"h": 8.8, "s": 6.2, "d": 6.0, "p": 6.6, "n": 6.4, "q": 7.2, "v": 7.3, "t": 7.4}
 
 

@@ -13,7 +13,7 @@ _ROOT = Path(rooms.__file__).resolve().parents[3]
 _HARNESS = _ROOT / "harness"
 _SUPPORT = _ROOT / "tests/support"
 
-#: What judges the rules of the wire, without .py; see docs/explanation/architecture.md.
+#: Modules that check the rules of the wire, without .py; see docs/explanation/architecture.md.
 _JUDGES = {
     "dedicated": _HARNESS / "rcx_harness/robot",
     "handshake": _HARNESS / "rcx_harness/robot",

@@ -22,7 +22,7 @@ from rcx_tools.evidence.campaign.seeded import SEEDED, find
 from rcx_tools.evidence.campaign.station import Execution, Station
 
 SEEDS = range(3)
-#: The broken blocks that are found at once; `make campaign` takes all of them.
+#: Broken blocks that a campaign finds at once; `make campaign` tries all of them.
 QUICK = (
     "a command is sent again after its end",
     "Done without the end status",

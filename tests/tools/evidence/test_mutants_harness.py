@@ -127,7 +127,7 @@ def test_every_operator_of_python_makes_its_mistake() -> None:
     assert expected - found == set()
     assert {operator for operator, _, _ in found} == set(PYTHON_OPERATORS)
     told = [line for _, _, line in found if "InputError" in line or "__all__" in line]
-    assert told == []  # what only people read
+    assert told == []  # messages and __all__ are not mutated
 
 
 def test_functions_are_known_by_where_their_code_begins() -> None:
@@ -493,7 +493,7 @@ def test_the_page_tells_the_figures_of_each_kind() -> None:
 # --- the bugs of this repository ---
 
 _BUGS = bugs(Path(__file__).with_name("seeded.toml"))
-#: Some whose file of tests is quick.
+#: Mutants whose test file is quick, with that file.
 _FEW = {
     "MOD takes the sign of the divisor": "tests/structured_text/engines/builtin/test_arithmetic.py",
     "exactly 100 ms count as too short": "tests/watch/test_wire.py",

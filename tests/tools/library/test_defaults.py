@@ -16,7 +16,7 @@ from structured_text.language.types import BlockType
 from structured_text.projects.needed import needed
 
 _ANY = timedelta(seconds=5)
-#: Where a default is not that of its type. Size is 256 where the words lie beyond 48 bytes.
+#: Defaults that differ from the type's. Size is 256 if the words are beyond 48 bytes.
 _USUAL: dict[str, Value] = {
     "Axes": "ORIGIN_INCREMENTAL",
     "Axis": 1,

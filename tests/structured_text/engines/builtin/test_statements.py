@@ -55,7 +55,7 @@ def test_the_end_of_a_for_loop_is_called_once(run: Run, end: str) -> None:
     assert run("I, N, C : INT;", body, "N C", before) == (3 if "1" in end else 2, 1)
 
 
-#: Variables, statements, the variables that are looked at, their values, and what stands before.
+#: Variables, statements, checked variables, their values, and the text before the program.
 _CASES = {
     "a FOR loop includes its end and may run no times": (
         "I : INT; N : INT; M : INT; Sum : INT; Z : INT;",

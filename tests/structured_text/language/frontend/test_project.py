@@ -99,7 +99,7 @@ def test_global_and_located_variables_are_known(project_of: Load) -> None:
 @pytest.mark.parametrize(
     ("runs", "located"),
     [
-        # One that others call by its name has its own; of an instance they are listed once.
+        # A part that others call by name has its own entry; an instance's parts are listed once.
         ("PROGRAM B WITH T1 : Top;", [("%QW2", "B.Speed"), ("%QW1", "Feeder.Pulse")]),
         (
             "PROGRAM A WITH T1 : Feeder; PROGRAM B WITH T1 : Top;",

@@ -332,11 +332,11 @@ def test_a_block_cannot_be_given_a_global_that_it_uses(mistakes_of: Errors) -> N
 @pytest.mark.parametrize(
     ("source", "lines"),
     [
-        # What stands outside of declarations is one mistake, up to where one begins.
+        # Text outside of declarations is one error, up to the next declaration.
         ("END_VAR;\nX\nPROGRAM P1\nVAR I : INT; END_VAR\nI := TRUE;\nEND_PROGRAM\n", [1, 5]),
-        # One begins a line.
+        # A declaration begins a line.
         ("END_VAR; TYPE T1 : NONE1; END_TYPE\nTYPE T2 : NONE2; END_TYPE\n", [1, 2]),
-        # A mistake in the last word leaves what stands before it.
+        # An error in the last word leaves the text before it readable.
         ("PROGRAM P1\nVAR I : INT; END_VAR\nI := TRUE;\nI := 1 :=", [3, 4]),
     ],
 )

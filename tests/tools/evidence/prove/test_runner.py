@@ -106,7 +106,7 @@ def _bugs(library: Path, *rows: str) -> None:
 
 
 def _prove(library: Path, *arguments: str) -> int:
-    # Compiled sources are kept by name and time; each run here finds its own.
+    # Compiled sources are cached by name and time; each run here needs its own.
     jobs.library_at.cache_clear()
     return runner.main(["--jobs", "0", "--out", str(library.parent / "out"), *arguments])
 

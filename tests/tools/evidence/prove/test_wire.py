@@ -21,7 +21,7 @@ _LIMIT_S = 30.0
 _SEQUENCES = [
     f"sequence/FB_{name}.st" for name in ("ServoOn", "ProgramStop", "AutoStart", "Status")
 ]
-#: Of each property a part that takes little time, and a bug that breaks it there.
+#: For each property a part that is quick to prove, and a bug that breaks this part.
 _CASES = [
     ("interval", "FB_WRITEAREAWORDS", "negative-margin"),
     ("guarantee", "FB_SERVOON", "other-requests-lost"),
