@@ -17,7 +17,7 @@ from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.enip.target.adapter import Adapter
 from structured_text.errors import InputError
 
-_LOOKS = 60_000
+_MOST_POLLS = 60_000
 
 
 class Network:
@@ -111,7 +111,7 @@ def link(adapter: Adapter) -> Iterator[RobotLink]:
 def until(what: Callable[[], bool]) -> None:
     """Look until something is so."""
     pause = threading.Event()
-    for _ in range(_LOOKS):
+    for _ in range(_MOST_POLLS):
         if what():
             return
         pause.wait(0.001)

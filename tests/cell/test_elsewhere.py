@@ -35,7 +35,7 @@ OutputArea[45] := InputArea[45];
 END_PROGRAM
 """
 #: Time-outs so long that other work of this computer cannot cause a loss of the link.
-_PATIENT = "5s"
+_LONG_TIMEOUT = "5s"
 _WITHIN = "60s"
 
 
@@ -75,7 +75,7 @@ def far(build_cell: Build, adapter: Adapter, program: Path, told: Told) -> Build
     host, port = adapter.address
 
     def build(**options: object) -> Cell:
-        given = {"rpi": "10ms", "timeout": _PATIENT} | options
+        given = {"rpi": "10ms", "timeout": _LONG_TIMEOUT} | options
         return build_cell(program, connect=Elsewhere(host, port, tell=told), **given)
 
     return build

@@ -83,7 +83,7 @@ def _has_variables_set(cell: Cell) -> None:
     _starts(cell)
 
 
-_ACTS: dict[str, Callable[[Cell], None]] = {
+_ACTIONS: dict[str, Callable[[Cell], None]] = {
     act.__name__: act
     for act in (
         *(_starts, _waits, _loses_its_link, _loses_its_power, _has_other_points),
@@ -106,7 +106,7 @@ def _run(project: Path, act: str, engine: str) -> tuple[object, ...]:
         sorted(project.glob("plc/*.st")), robot=project / "robot.toml", engine=engine,
         watch=_WATCH, positions="pulses",
     ) as cell:  # fmt: skip
-        _ACTS[act](cell)
+        _ACTIONS[act](cell)
         every = {path: cell[path] for path, _ in cell.program.walk()}
         return list(cell.trace), list(cell.violations), dict(cell.robot.points), every
 
@@ -128,7 +128,7 @@ def _alone(project: Path, act: str, engine: str) -> str:
 
 def _orders() -> list[Sequence[str]]:
     """Return the reverse order and a random order."""
-    return [list(reversed(_ACTS)), random.Random(1).sample(list(_ACTS), len(_ACTS))]
+    return [list(reversed(_ACTIONS)), random.Random(1).sample(list(_ACTIONS), len(_ACTIONS))]
 
 
 @pytest.mark.exhaustive
@@ -137,8 +137,8 @@ def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) ->
     """Source: docs/how-to/testing.md: `cell` is new for every test."""
     if engine != "builtin" and (missing := why_not(engine)):
         pytest.skip(missing)
-    first = {act: _run(project, act, engine) for act in _ACTS}
-    assert len(set(map(repr, first.values()))) == len(_ACTS), "each act leaves traces of its own"
+    first = {act: _run(project, act, engine) for act in _ACTIONS}
+    assert len(set(map(repr, first.values()))) == len(_ACTIONS), "each act leaves traces of its own"
     for order in _orders():
         for act in order:
             assert _run(project, act, engine) == first[act], (

@@ -29,8 +29,17 @@ for words in json.loads(sys.argv[1]):
 print(json.dumps(report))
 """
 #: Modules that take 0.1 s or more to import, and that none of these commands needs.
-_HEAVY = {"asyncio", "cpppo", "distributed", "hypothesis", "numpy", "pytest", "selenium", "z3"}
-_HEAVY |= {"aiohttp", "pymodbus", "pydantic", "http.server"}
+_SLOW_IMPORTS = {
+    "asyncio",
+    "cpppo",
+    "distributed",
+    "hypothesis",
+    "numpy",
+    "pytest",
+    "selenium",
+    "z3",
+}
+_SLOW_IMPORTS |= {"aiohttp", "pymodbus", "pydantic", "http.server"}
 
 
 def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
@@ -68,10 +77,10 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
         ["check", str(example)],
         ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"],
     )
-    assert not _below(version, "rich", "lark", *_HEAVY)
+    assert not _below(version, "rich", "lark", *_SLOW_IMPORTS)
     own = {"rcx_harness", "rcx_harness.cli", "rcx_harness.cli.app"}
     assert _below(version, *PACKAGES) == {*own, "structured_text", "structured_text.errors"}
-    assert not _below(helped, "rich", *PACKAGES, "lark", *_HEAVY)
+    assert not _below(helped, "rich", *PACKAGES, "lark", *_SLOW_IMPORTS)
     assert not _below(
         codec, "structured_text.engines", "rcx_harness.robot", "rcx_harness.cell", "lark"
     )
@@ -83,11 +92,11 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
     cells = ("cell.cell", "cell.node")
     assert not _below(check, *(f"rcx_harness.{one}" for one in (*rooms, *cells)))
     assert not _below(check, *(f"structured_text.{one}" for one in engines))
-    assert not _below(check, "rich.progress", *_HEAVY)
+    assert not _below(check, "rich.progress", *_SLOW_IMPORTS)
     others = ("look", "serve", "bridge", "new", "testing", "verify", "cell.elsewhere", "enip")
     assert not _below(run, *(f"rcx_harness.{one}" for one in others))
     assert not _below(run, *(f"structured_text.{one}" for one in _MEASURES))
-    assert not _below(run, *_HEAVY)
+    assert not _below(run, *_SLOW_IMPORTS)
 
 
 @pytest.mark.exhaustive
@@ -114,12 +123,12 @@ def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
     of_others = ("cell.cell", "cell.node", "trace.view.page", "serve.terminal")
     assert not _below(parent, *(f"structured_text.{one}" for one in of_programs))
     assert not _below(parent, *(f"rcx_harness.{one}" for one in of_others))
-    assert not _below(parent, "rich", "lark", *_HEAVY - {"asyncio"})
+    assert not _below(parent, "rich", "lark", *_SLOW_IMPORTS - {"asyncio"})
     rooms = ("cell", "cli", "look", "verify", "testing", "bridge", "trace.view", "watch")
     toolkit = ("language.load", "engines", "projects", "export", *_MEASURES)
     assert not _below(found, *(f"rcx_harness.{one}" for one in rooms))
     assert not _below(found, *(f"structured_text.{one}" for one in toolkit))
-    assert not _below(found, "rich", "typer", "lark", "ssl", *_HEAVY)
+    assert not _below(found, "rich", "typer", "lark", "ssl", *_SLOW_IMPORTS)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

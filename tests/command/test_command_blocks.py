@@ -30,7 +30,7 @@ pytestmark = [
 _NOTHING = [0] * WORDS
 
 #: Values that no pin can reach, and why.
-_UNREACHED = {
+_UNREACHABLE = {
     "hand": {3: "none, as 0"},
     "data_number": {63: "several data at once", 15: "several data at once"},
 }
@@ -47,7 +47,7 @@ _ZERO = {
 
 
 #: The one value that a block sends, because other blocks send the others: method (guide 4.6.4).
-_ONLY = {
+_ONLY_VALUES = {
     "FB_ReadProgramInfo": {"method": (1,)},
     "FB_ReadProgramInfoByTask": {"method": (2,)},
     "FB_ReadProgramInfoByName": {"method": (4,)},
@@ -166,7 +166,7 @@ def test_every_value_of_every_field_can_be_sent(
     codes = set()
     sent = []
     assert reading.block.zero == _ZERO.get(reading.block.name, ())
-    assert reading.block.only == _ONLY.get(reading.block.name, {})
+    assert reading.block.only == _ONLY_VALUES.get(reading.block.name, {})
     for pins in [*reading.edges(chance), *_draws(reading, chance)]:
         words = plc.exchange(pins)
         codes.add(words[0])
@@ -180,7 +180,7 @@ def test_every_value_of_every_field_can_be_sent(
             assert {fields[part.name] for fields in sent} == {part.fixed}
             continue
         seen = {fields[part.name] for fields in sent}
-        never = set(_UNREACHED.get(part.name, ()))
+        never = set(_UNREACHABLE.get(part.name, ()))
         assert len(seen) > 1, f"{part.name} is always the same"
         assert {*part.values, *(part.range or ())} - never <= seen, part.name
         selectors = reading.requests[part.by].values if part.by else {}

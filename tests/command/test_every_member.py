@@ -75,7 +75,7 @@ def test_each_member_goes_out_as_the_manual_has_it(block: Pins) -> None:
 
 
 #: Members that some commands do not have, in the words of the manual's tables.
-_LACKING = {
+_MISSING_MEMBERS = {
     "SPEED_MM_S": "speed set in mm/s: linear and circular interpolation only",
     "PORT_DI": "an input cannot be assigned",
     "PORT_SI": "an input cannot be assigned",
@@ -93,7 +93,7 @@ def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
             words = block.telegram(block.given(**{pin: value}))
             if READINGS[words[0]].problem(words):
                 refused.add(member)
-    assert refused == set(_LACKING)
+    assert refused == set(_MISSING_MEMBERS)
 
 
 @every_block_of_the_reading

@@ -26,7 +26,7 @@ _SHOWN_BY_RIVAL = ("Done", "Busy", "Active", *_SHOWN[2:])
 _SCANS = 1500
 _LIMITS_MS = (0, 120, 320, 800)
 #: Scans of a phase with equal probabilities of disturbances and commands of the rival.
-_SPELL = 60
+_PHASE_SCANS = 60
 _CALM, _RIVAL = (1.0, 0.3, 0.0), (1.0, 0.2, 0.0)
 _FOLLOWS = {
     0x0000: (0x0000, 0x0000, 0x0100, 0x0100, 0x0100, 0x0200, 0x4000),
@@ -97,7 +97,7 @@ class _Beside:
 
     def draw(self, scan: int) -> None:
         """Draw what the user, the cell and the controller do before this scan."""
-        if scan % _SPELL == 0:
+        if scan % _PHASE_SCANS == 0:
             self.calm, self.busy = self.chance.choice(_CALM), self.chance.choice(_RIVAL)
             self.silent = self.often(0.3)
         rule, rival = self.rule, self.rival

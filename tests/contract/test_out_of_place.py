@@ -28,7 +28,7 @@ LOOKING = ("FB_AutoMode", "FB_Interlock", "FB_Status")
 #: Blocks that switch their input OFF wherever they are called: `test_a_stop_acts_...` below.
 STOPPING = {"FB_EmergencyStop": 0x0001, "FB_ProgramStop": 0x0040}
 BLOCKS = [name for name in (*library().edge, *library().level) if name not in LOOKING]
-_SOME = (
+_MATIEC_BLOCKS = (
     *("FB_MoveIDirectMm", "FB_RemoteCommand", "FB_ContinuousPosition", "FB_Jog", "FB_ServoOn"),
     *("FB_PowerUp", "FB_EmergencyStop", "FB_SequenceControl", "FB_ToolPosition"),
 )
@@ -53,7 +53,7 @@ class Places(PlcBench):
     """
 
     def __init__(self, engine: str) -> None:
-        self.blocks = BLOCKS if engine == "builtin" else list(_SOME)
+        self.blocks = BLOCKS if engine == "builtin" else list(_MATIEC_BLOCKS)
         self.code, self.on = 0, 0
         self.codes: list[int] = []
         with TemporaryDirectory() as folder:

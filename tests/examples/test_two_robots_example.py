@@ -20,9 +20,9 @@ def _build(name: str = "12_two_robots") -> Cell:
     return examples()[name].build("builtin")
 
 
-_UNDONE = {"link_down": "link_up", "emergency_stop": "emergency_stop_release"}
-_TWELVE = ("12_two_robots", "Carry1", "Carry2")
-_FOURTEEN = ("14_one_table", "Placer", "Taker")
+_UNDO_EVENTS = {"link_down": "link_up", "emergency_stop": "emergency_stop_release"}
+_EXAMPLE_12 = ("12_two_robots", "Carry1", "Carry2")
+_EXAMPLE_14 = ("14_one_table", "Placer", "Taker")
 
 
 def _started(name: str) -> Cell:
@@ -98,7 +98,7 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize(("name", "one", "other"), [_TWELVE, _FOURTEEN], ids=["12", "14"])
+@pytest.mark.parametrize(("name", "one", "other"), [_EXAMPLE_12, _EXAMPLE_14], ids=["12", "14"])
 @pytest.mark.parametrize("fault", ["emergency_stop", "auto_input_off", "power_off"])
 def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
     name: str, one: str, other: str, fault: str
@@ -141,7 +141,7 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize(("name", "first", "second"), [_TWELVE, _FOURTEEN])
+@pytest.mark.parametrize(("name", "first", "second"), [_EXAMPLE_12, _EXAMPLE_14])
 @pytest.mark.parametrize("how", ["emergency_stop", "link_down", "power_cycle", "manual_mode"])
 def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_back(
     name: str, first: str, second: str, how: str
@@ -160,9 +160,9 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
         )
         cell.inject(how, controller=2)
         cell.run_until(lambda: bool(cell[f"Main.{second}.Lock.Holds"]), within="500ms")
-        if how in _UNDONE:
+        if how in _UNDO_EVENTS:
             cell.run("200ms")
-            cell.inject(_UNDONE[how], controller=2)
+            cell.inject(_UNDO_EVENTS[how], controller=2)
         cell.robots[1].positions[:2] = _TRAY[1]
         cell.run_until(lambda: not cell[f"Main.{first}.Lock.Valid"], within="1s")
         cell.run_until(lambda: _away(cell)[0] == _PLACE[0], within="20s")

@@ -35,7 +35,7 @@ def _lines(folder: Path, variables: str, statements: str, declared: str = "") ->
     return [(line.text or "").strip("\n") for line in routine.iter("Line")]
 
 
-_FEW = """\
+_DECLARATIONS = """\
 TYPE
   FEW : (FEW_NONE, FEW_SOME);
 END_TYPE
@@ -88,7 +88,7 @@ def test_a_statement_is_said_in_the_words_of_logix(
     tmp_path: Path, variables: str, statement: str, wanted: list[str]
 ) -> None:
     """Source: 1756-PM007, Structured Text; 1756-RM003, COP and TONR."""
-    assert _lines(tmp_path, variables, statement, _FEW) == wanted
+    assert _lines(tmp_path, variables, statement, _DECLARATIONS) == wanted
 
 
 _DOUBLE = """\
@@ -304,7 +304,9 @@ def test_an_instruction_that_is_not_on_the_list_is_never_written(
     """Should the translation forget it. Source: Studio 5000 help, FLL: for ladder only."""
     monkeypatch.setattr(l5x_body, "copied", lambda source, target, *_: f"FLL(0, {target}, 1);")
     body = "  VAR\n    a, b : PAIR;\n  END_VAR\n  (* MOV(a) *)\n  a := b;\n"
-    output = _exported(tmp_path, f"{_FEW}FUNCTION_BLOCK FB_Mine\n{body}END_FUNCTION_BLOCK\n")
+    output = _exported(
+        tmp_path, f"{_DECLARATIONS}FUNCTION_BLOCK FB_Mine\n{body}END_FUNCTION_BLOCK\n"
+    )
     said = "FUNCTION_BLOCK FB_Mine: Structured Text of Logix has no FLL: FLL(0, a, 1);"
     assert output.left_out == (said,)
     assert "FLL" not in output.files[""]

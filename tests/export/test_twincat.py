@@ -14,7 +14,7 @@ from structured_text.export.output import write
 from structured_text.export.parts import Sources
 
 #: One object of each kind; the exhaustive test parses every object, which takes minutes.
-_SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxAreaError", "FB_Sample")
+_QUICK_OBJECTS = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxAreaError", "FB_Sample")
 _MSBUILD = "{http://schemas.microsoft.com/developer/msbuild/2003}"
 
 
@@ -38,8 +38,8 @@ def _errors(file: Path) -> list[str]:
 
 def test_blark_parses_the_objects(folder: Path) -> None:
     """Read by a parser of Beckhoff's dialect and file formats, blark."""
-    files = [file for file in _objects(folder) if file.stem in _SOME]
-    assert len(files) == len(_SOME)
+    files = [file for file in _objects(folder) if file.stem in _QUICK_OBJECTS]
+    assert len(files) == len(_QUICK_OBJECTS)
     for file in files:
         assert _errors(file) == [], file.name
 

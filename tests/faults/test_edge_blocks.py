@@ -11,7 +11,7 @@ from fault_run import FAULTS, Case, rig
 from fault_scenarios import SCENARIOS
 from rcx_tools.library import files as generated
 
-_TOLD = 3
+_MOST_SHOWN = 3
 
 
 def test_every_edge_triggered_block_has_a_scenario() -> None:
@@ -69,4 +69,6 @@ def _run(block: str, cases: list[Case]) -> None:
             rig(block).run(case)
         except CaseFailure as failure:
             failures.append(str(failure))
-    assert not failures, f"{len(failures)} of {len(cases)} cases:\n" + "\n".join(failures[:_TOLD])
+    assert not failures, f"{len(failures)} of {len(cases)} cases:\n" + "\n".join(
+        failures[:_MOST_SHOWN]
+    )

@@ -22,7 +22,7 @@ _OTHERS: dict[str, tuple[int, ...]] = {
     "moves robot 2": (0x2001, 0, 0, 0, AWAY),
 }
 _ENDS = ("refused", "lost", "lost-done")
-_WHAT = [
+_DISTURBANCES = [
     *_CALLS,
     *("no call, refused", *_ENDS, "time-out", "power cycle", "link loss", "emergency stop"),
     *("Execute again", *_OTHERS),
@@ -91,7 +91,7 @@ def _judge(place: int, what: str, after: str, **kind: Any) -> None:
     assert 1 <= bench.delivered <= (2 if told else 1), f"{found}, {bench.told}"
 
 
-@pytest.mark.parametrize("what", _WHAT)
+@pytest.mark.parametrize("what", _DISTURBANCES)
 def test_each_disturbance_at_each_command_neither_drops_nor_doubles_a_part(what: str) -> None:
     """The hand opens only at the target, and Done means a delivered part.
 

@@ -36,7 +36,7 @@ _VERIFY = {
     "rcx debug --vscode ~/.vscode/extensions/rcx-debug": (),
 }
 #: Commands with tests of their own in this file.
-_APART = ("pytest", "rcx mutants")
+_TESTED_SEPARATELY = ("pytest", "rcx mutants")
 
 
 def _files(folder: Path) -> set[str]:
@@ -109,7 +109,9 @@ def test_the_readme_has_one_line_for_each_command(tmp_path: Path) -> None:
         "rcx debug --vscode ~/.vscode/extensions/rcx-debug",
     ]
 )
-@pytest.mark.parametrize("command", [one for one in _VERIFY if not one.startswith(_APART)])
+@pytest.mark.parametrize(
+    "command", [one for one in _VERIFY if not one.startswith(_TESTED_SEPARATELY)]
+)
 def test_each_of_them_ends_with_0_in_a_new_project(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:

@@ -14,7 +14,19 @@ from structured_text.output.toml_files import load_toml
 _ROWS = load_toml(ROOT / "spec/errors.toml")["error"]
 _LANGUAGES = {"LANGUAGE_ENGLISH": "", "LANGUAGE_JAPANESE": "_ja"}
 #: ErrorIDs that a panel shows often: those of FB_RcxPanelReasons, and the results of its keys.
-_OFTEN = {0x8001, 0x8002, 0x8003, 0x8004, 0x8005, 0x8006, 0x8007, 0x800C, 0x8010, 0x8020, 0x807B}
+_FREQUENT_ERRORS = {
+    0x8001,
+    0x8002,
+    0x8003,
+    0x8004,
+    0x8005,
+    0x8006,
+    0x8007,
+    0x800C,
+    0x8010,
+    0x8020,
+    0x807B,
+}
 
 
 def _lines(block: Alone, key: str) -> str:
@@ -41,7 +53,7 @@ def test_each_message_has_the_words_for_an_operator_where_there_are_some(languag
 def test_the_words_for_an_operator_name_no_block_pin_or_bit() -> None:
     """Source: an operator has keys, lamps, the cell and the programming box."""
     rows = [row for row in _ROWS if "panel_remedy" in row]
-    assert {row["id"] for row in rows} == _OFTEN
+    assert {row["id"] for row in rows} == _FREQUENT_ERRORS
     for row in rows:
         for key in ("panel_cause", "panel_remedy", "panel_cause_ja", "panel_remedy_ja"):
             found = re.findall(r"FB_\w+|S[IO]\(\d+\)|[A-Z][a-z]+[A-Z]\w*|TRUE|FALSE", row[key])

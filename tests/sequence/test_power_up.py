@@ -8,7 +8,7 @@ from plc_bench import ROOT, PlcBench
 from sequence_bench import pins, servo_on
 
 #: Each stage waits for a pin of the area blocks, or for outputs of the controller.
-_GIVES: dict[str, str | dict[str, bool]] = {
+_CONDITIONS: dict[str, str | dict[str, bool]] = {
     "CONNECTION": "Connected",
     "CPU_OK": {"SO00": True, "SO01": True, "SO03": True},
     "CELL_SAFE": "EmergencyStopOk",
@@ -21,7 +21,7 @@ _GIVES: dict[str, str | dict[str, bool]] = {
     "PROGRAM_RESET": {"SO14": True},
     "PROGRAM_START": {"SO14": False, "SO13": True},
 }
-_STAGES = tuple(_GIVES)
+_STAGES = tuple(_CONDITIONS)
 
 
 def _off(timeout: str = "T#300ms") -> PlcBench:
@@ -35,7 +35,7 @@ def _off(timeout: str = "T#300ms") -> PlcBench:
 
 def _give(plc: PlcBench, stage: str) -> None:
     """Let happen what a stage waits for."""
-    gift = _GIVES[stage]
+    gift = _CONDITIONS[stage]
     if isinstance(gift, str):
         plc[gift] = True
     else:

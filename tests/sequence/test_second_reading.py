@@ -87,7 +87,7 @@ _ANSWERS = (
 _RARE = 0.1
 _LIMITS_MS = (0, 160, 300, 600, 1500)
 #: Scans of a phase with equal probabilities of disturbances, answers, and commands of the rival.
-_SPELL = 100
+_PHASE_SCANS = 100
 _CALM, _SURE, _RIVAL = (1.0, 0.3, 0.03), (1.0, 1.0, 0.1), (1.0, 1.0, 0.0)
 
 
@@ -128,7 +128,7 @@ class _Beside:
         return self.chance.random() < rate
 
     def _spell(self, scan: int) -> None:
-        if scan % _SPELL == 0:
+        if scan % _PHASE_SCANS == 0:
             self._calm, self._sure, self._rival = map(self.chance.choice, (_CALM, _SURE, _RIVAL))
 
     def draw(self, scan: int) -> None:

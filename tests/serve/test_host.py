@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(
 #: Longest wait for the end of the process [s].
 _PATIENCE_S = 60
 #: Child process whose first step raises an exception.
-_MISTAKEN = """
+_FAILS_AT_START = """
 import sys
 from rcx_harness.serve import station_process
 
@@ -36,7 +36,7 @@ station_process.Station.step = step
 station_process.main(sys.argv[1])
 """
 #: Child process that prints invalid output, at once or after its status, and waits for its end.
-_MUMBLING = """
+_GARBAGE = """
 import sys
 from rcx_harness.serve.status import Status
 
@@ -48,7 +48,7 @@ print("[]" if first == "listing" else "nonsense", flush=True)
 sys.stdin.read()
 """
 #: Child process that does not end when its standard input is closed.
-_DEAF = """
+_IGNORES_STDIN = """
 import os
 import time
 from rcx_harness.serve.status import Status
@@ -121,7 +121,7 @@ def test_a_killed_controller_takes_no_event() -> None:
 def test_a_mistake_in_the_controller_ends_it_and_is_named(
     use: Use, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    use("mistaken", _MISTAKEN)
+    use("mistaken", _FAILS_AT_START)
     assert asyncio.run(_ended(_host())) == (
         "the controller has ended by itself (RuntimeError: a mistake)"
     )
@@ -130,7 +130,7 @@ def test_a_mistake_in_the_controller_ends_it_and_is_named(
 
 @pytest.mark.parametrize("name", ["mumbling", "listing", "mumbling_later", "listing_later"])
 def test_a_process_with_unreadable_output_counts_as_ended(use: Use, name: str) -> None:
-    use(name, _MUMBLING)
+    use(name, _GARBAGE)
     failure = asyncio.run(_ended(_host()))
     assert failure.startswith("its process says what nobody understands (")
 
@@ -138,7 +138,7 @@ def test_a_process_with_unreadable_output_counts_as_ended(use: Use, name: str) -
 def test_a_process_that_does_not_end_is_killed_and_named(
     use: Use, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    use("deaf", _DEAF)
+    use("deaf", _IGNORES_STDIN)
     monkeypatch.setattr("rcx_harness.serve.host.STOP_S", 0.01)
 
     async def close() -> Host:

@@ -144,8 +144,8 @@ def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block:
     for pin, said in re.findall(r"^    (\w+) +: [^(]* \(\* (.*) \*\)$", pins, re.MULTILINE):
         rows = [one for one in (*block.inputs, *block.outputs) if one.pin == pin]
         spans = [(_number(low), _number(high)) for low, high in _SPAN.findall(said)]
-        if pin in _ELSEWHERE and spans:
-            wrong += [] if spans == [_ELSEWHERE[pin]] else [f"{pin}: {said}"]
+        if pin in _OTHER_RANGES and spans:
+            wrong += [] if spans == [_OTHER_RANGES[pin]] else [f"{pin}: {said}"]
         elif spans and not (rows and rows[0].members):
             assert rows, f"{block}: {pin} is not in the reading"
             zero = "; 0 = " in said or "; 0 for " in said
@@ -155,7 +155,7 @@ def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block:
 
 
 #: Robots 1 to 4 (guide 1.1); of the patterns of a rotation three have a meaning (4.2.1 and 4.3.1).
-_ELSEWHERE = {"RobotNumber": (1, 4), "Arm1": (-1, 1), "Arm2": (-1, 1)}
+_OTHER_RANGES = {"RobotNumber": (1, 4), "Arm1": (-1, 1), "Arm2": (-1, 1)}
 #: `1 to 16`, `16#00 to 16#FF`
 _SPAN = re.compile(r"(?<![\w.])(16#[0-9A-F]+|-?\d+) to (16#[0-9A-F]+|-?\d+)(?![.\d])")
 

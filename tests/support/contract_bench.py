@@ -34,9 +34,9 @@ from structured_text.engines.base import Program
 from structured_text.projects.needed import needed
 
 #: Longest time from the end of the last wait to a block's end, including input pacing [scans].
-_SLACK = 30
+_MOST_END_SCANS = 30
 #: Longest time until all requests are withdrawn and all turns are free [scans].
-_LET_GO = 45
+_MOST_RELEASE_SCANS = 45
 #: Scans of an enabled level block.
 _ENABLED = 18
 #: Duration of an undisturbed command, from the edge to its end [scans].
@@ -69,11 +69,11 @@ _CODES = {
     "FB_ToolPosition": {0x506},
 }
 #: Scans in which a block checks its inputs before it sends a command.
-_AHEAD = {"FB_MoveTable": 1, "FB_PickPlace": 1, "FB_PointRestore": 2}
+_SCANS_BEFORE_CODE = {"FB_MoveTable": 1, "FB_PickPlace": 1, "FB_PointRestore": 2}
 #: Blocks that refuse to start while servos are off or there is an alarm.
-_CAREFUL = ("FB_MoveTable", "FB_PickPlace")
+_NEED_SERVOS = ("FB_MoveTable", "FB_PickPlace")
 #: Blocks that wait for a connection.
-_PATIENT = ("FB_PowerUp",)
+_WAIT_FOR_LINK = ("FB_PowerUp",)
 
 #: Every block with Robot and Execute or Enable, found by its pins.
 BLOCKS: tuple[str, ...] = (*library().edge, *library().level)
@@ -81,7 +81,7 @@ BLOCKS: tuple[str, ...] = (*library().edge, *library().level)
 _ALARM = ("AlarmGroup", "AlarmCategory")
 
 #: SO(00), SO(02), SO(03) in byte 32, and their values if movements are allowed.
-_STANDING, _READY = 0b1101, 0b0100
+_STOP_OUTPUTS, _READY = 0b1101, 0b0100
 
 _PROGRAM = """PROGRAM Contract
   VAR
@@ -228,7 +228,7 @@ class ContractBench:
 
     def _disturb(self, case: Case) -> None:
         ended, scan = -1, 0
-        limit = TIMEOUT_SCANS * self._waits + _SLACK
+        limit = TIMEOUT_SCANS * self._waits + _MOST_END_SCANS
         while scan <= max(case.at + 1, ended + 3) or (ended < 0 or self.pins.busy):
             if scan == case.at:
                 case.event.set(self, True)
@@ -269,7 +269,7 @@ class ContractBench:
         self.player.be_normal()
         self.connected, self.safe = True, (True, True)
         self._rules.quiet = True
-        for _ in range(_LET_GO):
+        for _ in range(_MOST_RELEASE_SCANS):
             pins = self._scan(False)
             command, next_command, sequence, next_sequence = self._turns()
             free = command == next_command and sequence == next_sequence
@@ -277,7 +277,7 @@ class ContractBench:
             if free and not bits & REQUESTS and not any(self._si[:32]) and not any(pins):
                 break
         else:
-            self._fail(f"not at rest {_LET_GO} scans after the causes have gone")
+            self._fail(f"not at rest {_MOST_RELEASE_SCANS} scans after the causes have gone")
         for _ in range(3):
             self._scan(False)
         self._rules.quiet = False
@@ -285,7 +285,7 @@ class ContractBench:
     def _work_again(self) -> None:
         if not self.subject.codes or self.subject.level:
             return
-        if self.block in _CAREFUL and self._history[-1][0][32] & _STANDING != _READY:
+        if self.block in _NEED_SERVOS and self._history[-1][0][32] & _STOP_OUTPUTS != _READY:
             return
         for _ in range(_PROMPT * self._waits):
             if self._scan(True).done:
@@ -347,8 +347,8 @@ def _subject(block: str) -> Subject:
         mask |= bit(name)
         value |= bit(name) * on
     level = block in library().level
-    means, ahead, several = (mask, value), _AHEAD.get(block, 0), block in _SEVERAL
-    return Subject(frozenset(codes), level, block in _PATIENT, means, legal, several, ahead)
+    means, ahead, several = (mask, value), _SCANS_BEFORE_CODE.get(block, 0), block in _SEVERAL
+    return Subject(frozenset(codes), level, block in _WAIT_FOR_LINK, means, legal, several, ahead)
 
 
 def cases(block: str) -> list[Case]:

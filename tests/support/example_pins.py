@@ -48,7 +48,7 @@ _NAMES = {
     100: "EnableRealTimeOutput",
 }
 #: Pins that only the example's heading gives, not `given`.
-_SAYS: dict[int, Pins] = {
+_FROM_HEADING: dict[int, Pins] = {
     19: {"Frame": "JOG_PULSES"},
     20: {"Frame": "JOG_CARTESIAN"},
     21: {"Frame": "JOG_TOOL"},
@@ -64,7 +64,7 @@ _SAYS: dict[int, Pins] = {
     86: {"MotorType": "MOTOR_TYPE_ALL"},
 }
 EXAMPLE_BLOCKS: dict[int, tuple[str, Pins]] = {
-    number: (f"FB_{name}", _SAYS.get(number, {}))
+    number: (f"FB_{name}", _FROM_HEADING.get(number, {}))
     for first, names in _NAMES.items()
     for number, name in enumerate(names.split(), first)
 }

@@ -24,9 +24,9 @@ from fault_scenarios import SCENARIOS, Scenario
 __all__ = ["FAULTS", "Answer", "Case", "Fault", "Pattern", "Rig", "rig"]
 
 #: Longest time from the end of the last wait to the block's end, including input pacing [scans].
-_SLACK = 60
+_MOST_END_SCANS = 60
 #: Longest time until requests are withdrawn and turns are free [scans].
-_LET_GO = 45
+_MOST_RELEASE_SCANS = 45
 #: Longest time until the cell is stable once the causes are gone [scans].
 _STEADY = 150
 #: Delay of a late answer, which is still within Timeout [scans].
@@ -214,7 +214,9 @@ class Rig:
         """Start the block and let the case happen; in which scan it ended, and how."""
         cell, fault = self.cell, case.fault
         limit = (
-            self.scenario.waits * TIMEOUT_SCANS + _SLACK + case.answer.fate.count("late") * _LATE
+            self.scenario.waits * TIMEOUT_SCANS
+            + _MOST_END_SCANS
+            + case.answer.fate.count("late") * _LATE
         )
         ended: int | None = None
         end = pins = cell.pins
@@ -317,10 +319,14 @@ class Rig:
         pins = cell.scan()
         if any(pins):
             cell.fail("the outputs stay although Execute is FALSE and the end was shown")
-        cell.until(lambda: not cell.requests, _LET_GO, "the requests are withdrawn")
-        cell.until(lambda: cell.free("Sequence"), _LET_GO, "the turn for sequences is free")
+        cell.until(lambda: not cell.requests, _MOST_RELEASE_SCANS, "the requests are withdrawn")
+        cell.until(
+            lambda: cell.free("Sequence"), _MOST_RELEASE_SCANS, "the turn for sequences is free"
+        )
         if "Status" not in (case.answer.signal, *self.scenario.answers):
-            cell.until(lambda: cell.free("Command"), _LET_GO, "the turn for commands is free")
+            cell.until(
+                lambda: cell.free("Command"), _MOST_RELEASE_SCANS, "the turn for commands is free"
+            )
 
     def _remove_causes(self, case: Case) -> None:
         case.fault.end(self.cell)
@@ -333,13 +339,15 @@ class Rig:
         there = "connection and CPU_OK"
         cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, there)
         cell.until(lambda: cell.free("Command"), _STEADY, "the turn for commands is free")
-        cell.until(lambda: cell.free("Sequence"), _LET_GO, "the turn for sequences is free")
+        cell.until(
+            lambda: cell.free("Sequence"), _MOST_RELEASE_SCANS, "the turn for sequences is free"
+        )
         for _ in range(6):
             cell.scan()
 
     def _works_again(self) -> None:
         cell = self.cell
-        limit = self.scenario.waits * TIMEOUT_SCANS + _SLACK
+        limit = self.scenario.waits * TIMEOUT_SCANS + _MOST_END_SCANS
         cell.start(True)
         if not cell.scan().busy:
             cell.fail("no Busy in the scan of the edge, after recovery")

@@ -19,7 +19,7 @@ from structured_text.engines.base import Value
 from structured_text.output.toml_files import load_toml
 
 Given = Mapping[str, Value]
-_HOWS = ("number", "bit", "pattern", "bcd", "bool", "text", "real", "rotation")
+_FORMS = ("number", "bit", "pattern", "bcd", "bool", "text", "real", "rotation")
 _SCALE = re.compile(r"x(1|100|1000)")
 
 
@@ -267,7 +267,7 @@ def _output(text: str) -> PinRow:
 
 def _row(text: str, name: str, default: str, parts: Sequence[str]) -> PinRow:
     where, how, *extra = parts
-    known = how in _HOWS or how in every_enumeration() or _SCALE.fullmatch(how)
+    known = how in _FORMS or how in every_enumeration() or _SCALE.fullmatch(how)
     if not known or len(extra) > 1:
         raise ValueError(f"not a row: {text!r}")
     places = tuple(part for one in where.split(" / ") for part in place(one))

@@ -13,8 +13,8 @@ from rcx_tools.docs import pages as docs
 
 _ROOT = Path(docs.__file__).resolve().parents[3]
 _WRITTEN = {path.relative_to(_ROOT).as_posix() for path in (_ROOT / "docs").rglob("*.md")}
-_FRONT = ["README.md", "CONTRIBUTING.md", "plc/examples/README.md"]
-_BY_HAND = [*_FRONT, *sorted(_WRITTEN - set(docs.pages()))]
+_START_PAGES = ["README.md", "CONTRIBUTING.md", "plc/examples/README.md"]
+_BY_HAND = [*_START_PAGES, *sorted(_WRITTEN - set(docs.pages()))]
 
 
 @pytest.mark.exhaustive

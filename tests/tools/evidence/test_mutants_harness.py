@@ -494,7 +494,7 @@ def test_the_page_tells_the_figures_of_each_kind() -> None:
 
 _BUGS = bugs(Path(__file__).with_name("seeded.toml"))
 #: Mutants whose test file is quick, with that file.
-_FEW = {
+_QUICK_MUTANTS = {
     "MOD takes the sign of the divisor": "tests/structured_text/engines/builtin/test_arithmetic.py",
     "exactly 100 ms count as too short": "tests/watch/test_wire.py",
     "semi-absolute axes keep their origin without power": "tests/robot/test_robot_origin.py",
@@ -532,9 +532,9 @@ def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bu
 def test_some_seeded_bugs_are_found(repository: Path) -> None:
     """All are put in by `make mutants`."""
     tasks = [
-        MutantTask(bug.mutant(repository), (_FEW[bug.name],), 60.0, bug.name)
+        MutantTask(bug.mutant(repository), (_QUICK_MUTANTS[bug.name],), 60.0, bug.name)
         for bug in _BUGS
-        if bug.name in _FEW
+        if bug.name in _QUICK_MUTANTS
     ]
     copies = Copies(repository)
 
@@ -549,4 +549,4 @@ def test_some_seeded_bugs_are_found(repository: Path) -> None:
         }
     finally:
         copies.close()
-    assert found == _FEW
+    assert found == _QUICK_MUTANTS
