@@ -25,7 +25,7 @@ CONFIGURATION Config0
 END_CONFIGURATION
 """
 
-_LOST = "RETAIN: it begins anew when power was off"
+_ANEW = "RETAIN: it begins anew when power was off"
 _PIN = "its initial value: set it where you call the block"
 _CONFIGURATION = "93: CONFIGURATION Config0: TASK Slow (line 95), PROGRAM Main (line 96)"
 _BLOCK = "FUNCTION_BLOCK FB_Mine"
@@ -35,17 +35,17 @@ _LOST = {
     "st": [],
     "plcopen": [],
     "twincat": [_CONFIGURATION],
-    "scl": [f"86: VAR Old of PROGRAM Mine: {_LOST}", _CONFIGURATION],
+    "scl": [f"86: VAR Old of PROGRAM Mine: {_ANEW}", _CONFIGURATION],
     "l5x": [f"39: {_BLOCK}: Kept has an initial value that is not a single number",
             "80: PROGRAM Mine: needs FB_Mine, which is not carried", _CONFIGURATION],
     "omron": [_CONFIGURATION, f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
-              f"86: VAR Old of PROGRAM Mine: {_LOST}"],
+              f"86: VAR Old of PROGRAM Mine: {_ANEW}"],
     "mitsubishi": [_CONFIGURATION, f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
-                   f"86: VAR Old of PROGRAM Mine: {_LOST}"],
-    "keyence": [_CONFIGURATION, f"39: VAR Kept of {_BLOCK}: {_LOST}",
-                f"40: VAR Count of {_BLOCK}: {_LOST}", f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
-                f"58: VAR_OUTPUT Total of {_BLOCK}: {_LOST}",
-                f"86: VAR Old of PROGRAM Mine: {_LOST}", f"87: VAR Hours of PROGRAM Mine: {_LOST}"],
+                   f"86: VAR Old of PROGRAM Mine: {_ANEW}"],
+    "keyence": [_CONFIGURATION, f"39: VAR Kept of {_BLOCK}: {_ANEW}",
+                f"40: VAR Count of {_BLOCK}: {_ANEW}", f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+                f"58: VAR_OUTPUT Total of {_BLOCK}: {_ANEW}",
+                f"86: VAR Old of PROGRAM Mine: {_ANEW}", f"87: VAR Hours of PROGRAM Mine: {_ANEW}"],
 }  # fmt: skip
 
 _OUTSIDE = """\
