@@ -189,7 +189,7 @@ def test_writing_twice_keeps_the_interval_between_dedicated_inputs(twin: str, ot
 
 @_TWINS
 def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(twin: str) -> None:
-    """In the same scan, held OFF until a block releases them; nothing else changes.
+    """The inputs go OFF in the same scan until a block releases them; nothing else changes.
 
     Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops.
     """

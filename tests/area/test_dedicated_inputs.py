@@ -165,7 +165,7 @@ def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_o
 def test_after_scans_that_went_elsewhere_the_interval_begins_anew(
     alone: Alone, further: int
 ) -> None:
-    """Also where the number of the scan has begun again after 65535 meanwhile.
+    """Meanwhile the number of the scan may have started again after 65535.
 
     Source: manual chapter 5, 3, caution; head of the block.
     """

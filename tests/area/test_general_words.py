@@ -303,7 +303,7 @@ def test_word_1_belongs_to_the_commands_alone() -> None:
 
 
 def test_writes_go_on_without_connection_and_the_values_are_there_after_it() -> None:
-    """Nobody reads the image meanwhile: manual chapter 1, 5.2."""
+    """The image is not read meanwhile: manual chapter 1, 5.2."""
     plc = _up(size=256)
     plc.change("Connected", to=False)
     assert plc.write("WriteWord", Number=3, Value=0x0303) == 0

@@ -167,7 +167,7 @@ def test_a_release_that_is_moved_before_its_input_is_on_puts_the_hold_back(
 @pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
 @pytest.mark.parametrize("place", PLACES)
 def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words: str) -> None:
-    """Whoever asked for it, and also where a FB_WriteArea in between had an illegal area.
+    """Any block may have requested it, and a FB_WriteArea in between may have had an illegal area.
 
     Source: docs/explanation/scan-model.md, where a block is called.
     """

@@ -22,7 +22,7 @@ def take(agenda: Agenda, count: int) -> None:
 
 
 def test_repeated_and_single_events_keep_their_order() -> None:
-    """At equal times the order is that of Kind.
+    """Events at equal times are in the order of Kind.
 
     Source: rcx_harness.cell.clock, first paragraph.
     """

@@ -130,7 +130,7 @@ def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> Non
 
 
 def test_a_reason_takes_lines_out(tmp_path: Path) -> None:
-    """On the line, or in a line of its own before it."""
+    """The reason is on the line, or in a line of its own before it."""
     text = "END\nSGI0=1 ' unreachable: for later\n' unreachable: by hand only\n\nSGI0=2\nSGI0=3"
     result = _result(tmp_path, text)
     reasons = {item.line: item.reason for item in result.statements}

@@ -153,7 +153,7 @@ def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(sta
 
 
 def test_with_mixed_axes_si17_and_si14_each_for_its_type_is_recommended(start: Start) -> None:
-    """Then the absolute axes do not move with the others.
+    """The absolute axes do not move with the others then.
 
     Source: manual chapter 5, 2, SI(17), last note
     """

@@ -12,7 +12,7 @@ Start = Callable[..., ChapterCell]
 
 
 def test_so00_is_on_in_the_emergency_stop_state(start: Start) -> None:
-    """Whatever has caused it. Source: manual chapter 5, 2, SO(00)."""
+    """The cause of the emergency stop does not matter. Source: manual chapter 5, 2, SO(00)."""
     cell = start().settle()
     assert not cell.on("SO00")
     cell["CellSafe"] = False

@@ -258,7 +258,7 @@ def test_auto_start_goes_off_after_the_running_output_is_confirmed(start: Start)
 def test_the_program_cannot_be_executed_if_emergency_stop_or_stop_input_is_off(
     start: Start, emergency: bool, stop: bool, error: int
 ) -> None:
-    """Either of them is enough; the block refuses, and so does the controller.
+    """One of them is enough; the block and the controller both refuse.
 
     Source: manual chapter 5, 3.2, note
     """

@@ -243,7 +243,7 @@ def test_the_inputs_are_sampled_on_the_rising_edge(
 def test_the_outputs_show_the_response(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """With changed inputs by then; they stay until the next end."""
+    """The inputs have changed by then. The outputs stay until the next end."""
     block = reading.block
     before = blank(block)
     for pins in _draws(reading, chance, 40):

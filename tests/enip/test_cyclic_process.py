@@ -117,7 +117,7 @@ def test_packets_come_in_sequence_with_the_robots_outputs(target: Target) -> Non
 
 
 def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> None:
-    """Also while the process is at other packets, and has not yet looked for orders."""
+    """The process may still handle other packets, and not have looked for orders."""
     target.open(replace(OWNER, number=1_000))
     with udp(STRANGER) as stranger:
         for number in range(1, 101):

@@ -146,7 +146,7 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
 def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_back(
     name: str, first: str, second: str, how: str
 ) -> None:
-    """By hand without servos, or by the programming box in manual mode.
+    """The robot is moved by hand without servos, or by the programming box in manual mode.
 
     Source: head of FB_Interlock: forget Outside with the servos, the link or AUTO mode
     """
@@ -220,7 +220,7 @@ def test_the_areas_of_both_lie_one_behind_the_other() -> None:
 
 
 def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
-    """Also around an emergency stop of the second robot, which has a part in its hand."""
+    """The second robot has a part in its hand during an emergency stop."""
     with _build("14_one_table") as cell:
         kept, there = False, list[bool]()
         while cell.now_us < 12_000_000:

@@ -286,7 +286,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
 def test_a_part_that_is_not_carried_is_named(
     tmp_path: Path, variables: str, statement: str, said: str
 ) -> None:
-    """And so is what needs it."""
+    """The message also names what needs the part."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statement}\nEND_FUNCTION_BLOCK"
     )

@@ -405,7 +405,7 @@ def test_l5x_takes_a_function_of_a_structure_that_begins_with_values(given: Path
 
 
 def test_l5x_clears_a_structure_before_it_gets_its_values(tmp_path: Path) -> None:
-    """By COP, in the Prescan routine. Source: Studio 5000 help, FLL: for ladder only."""
+    """COP clears it in the Prescan routine. Source: Studio 5000 help, FLL: for ladder only."""
     file = tmp_path / "Mine.st"
     file.write_text(_WHOLE)
     lines = export("l5x", program=[file], only_needed=True).files[""].splitlines()

@@ -121,7 +121,7 @@ def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", TARGETS)
 def test_every_library_name_and_no_other_has_the_prefix(target: str, prefix: str) -> None:
-    """In the library, in the program that uses it, in file names, tables and steps."""
+    """The prefix is in the library, the program that uses it, file names, tables and steps."""
     plain = TARGETS[target].write(example_sources(EXAMPLES[0].name))
     renamed = TARGETS[target].write(_renamed(prefix))
     before, after = _words(dict(plain.files), prefix), _words(dict(renamed.files))

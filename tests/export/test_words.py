@@ -300,7 +300,10 @@ def test_scl_has_the_types_of_instances(kind: str, declared: str, tmp_path: Path
 
 
 def test_the_flip_flops_written_for_scl_are_those_of_the_standard(tmp_path: Path) -> None:
-    """In each order of inputs. Source: IEC 61131-3, edition 2, tables 34.1 and 34.2."""
+    """The inputs are applied in each order.
+
+    Source: IEC 61131-3, edition 2, tables 34.1 and 34.2.
+    """
     files, _ = _exported("scl", tmp_path, _instance("SR") + _instance("RS"))
     blocks = re.findall(r'FUNCTION_BLOCK "RCX_[SR]+"\n.*?END_FUNCTION_BLOCK', files[""], re.DOTALL)
     assert len(blocks) == 2

@@ -182,7 +182,7 @@ def test_an_earlier_export_is_replaced_on_request(plc: Path, capsys: Captured) -
 
 
 def test_unneeded_objects_of_an_earlier_export_go(plc: Path, capsys: Captured) -> None:
-    """But not what the user has changed, or put there."""
+    """Files that the user has changed or added stay."""
     lib = plc.parent / "lib"
     for name in ("core/FC_RcxWord", "core/FC_RcxBitMask", "core/FC_RcxOutside", "points/FC_One"):
         (lib / name).parent.mkdir(parents=True, exist_ok=True)

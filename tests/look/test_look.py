@@ -522,7 +522,7 @@ def test_a_lost_connection_is_reported() -> None:
 
 
 def test_a_dead_process_is_reported(running: Adapter, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On the way the connection is lost for that reason; before the first packet it is an error."""
+    """A loss of the connection names this cause; before the first packet it is an error."""
     told: list[str] = []
     made: list[Scanner] = []
     open_ = Scanner.open

@@ -392,7 +392,7 @@ def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
 
 @pytest.mark.parametrize("number", [100, 65_531])
 def test_a_robot_that_was_not_called_while_it_waited_is_the_last(number: int) -> None:
-    """Also where the scan numbers begin again at 0 with the call after that."""
+    """The scan numbers may start again at 0 with the call after that."""
     table = _table()
     table["Robot2.Inner.Scan"] = number
     table.want(1, 2, 3)
@@ -461,7 +461,7 @@ def test_if_the_first_is_not_called_any_more_the_others_keep_their_order() -> No
 
 
 def test_the_next_one_has_its_turn_in_the_scan_in_which_the_first_gives_up() -> None:
-    """And the area becomes free: nobody steps in between."""
+    """The area becomes free, and no other robot can take it in between."""
     table = _with_a_fourth_robot()
     table["Area.Holders"] = 0
     table.leave(1)

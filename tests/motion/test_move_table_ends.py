@@ -122,7 +122,7 @@ def _fault(plc: PlcBench, fault: dict[str, Any], *, there: bool) -> None:
 def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
     fault: dict[str, Any], error: int, engine: str
 ) -> None:
-    """In a wait nothing is on the wire that the controller could end.
+    """During a wait no command is running that the controller could end.
 
     Source: manual chapter 1, 5.2; chapter 5, 3.1 and 3.3.
     """

@@ -228,7 +228,7 @@ def test_a_table_that_shows_another_row_at_a_fault_is_noticed() -> None:
 
 @pytest.mark.parametrize(("start", "travels"), [("keep", True), ("reset", False)])
 def test_a_stopped_relative_row_goes_on_as_configured(start: str, travels: bool) -> None:
-    """With Keep it ends where it was to end, with Reset by its distance from where it stopped.
+    """With Keep it ends at its original target; with Reset it moves its distance from the stop.
 
     Source: guide 4.2.2, notes.
     """

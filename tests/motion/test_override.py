@@ -90,7 +90,7 @@ def test_the_command_goes_to_the_designated_robot() -> None:
 
 
 def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
-    """Also while a step up waits for its time."""
+    """A step up may be waiting for its time."""
     plc = _begun(Percent=80, Pace="T#10s")
     assert _percents(plc, 1) == [60]
     plc.scan(10)

@@ -89,7 +89,7 @@ def test_x_counts_first_then_y_then_z(tmp_path: Path, engine: str) -> None:
 
 
 def test_a_new_pallet_begins_anew_at_any_time(tmp_path: Path) -> None:
-    """Also where Next comes in the same scan. Source: this library's own."""
+    """Next may rise in the same scan. Source: this library's own."""
     pallet = _Pallet(tmp_path, (2, 2, 1))
     pallet.press("Next")
     pallet.press("Next")

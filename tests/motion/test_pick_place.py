@@ -185,7 +185,7 @@ def test_inputs_are_sampled_at_the_rising_edge() -> None:
 
 
 def test_an_edge_while_it_works_takes_nothing_over() -> None:
-    """Nor where it waits without a command. Source: design of the library, 3."""
+    """The block may also be waiting without a command. Source: design of the library, 3."""
     plc = picking(Gripper__Settle="T#1s")
     plc.until("DO(20) ON")
     plc.scan(20)

@@ -163,7 +163,7 @@ def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
 
 
 def test_a_power_cycle_after_the_error_is_reported_at_the_next_start() -> None:
-    """Somebody looks for the part first: it may lie anywhere. Source: errors.md, 16#8059."""
+    """A person looks for the part first, since it may be anywhere. Source: errors.md, 16#8059."""
     bench = _begun(3, "refused")
     assert bench.end == ("Error", 0x8020, True)
     bench.power_cycle()
@@ -309,7 +309,7 @@ def test_of_two_outputs_a_hand_that_is_closed_goes_on_with_its_part() -> None:
 
 @pytest.mark.parametrize("power", [False, True])
 def test_where_fingers_closed_late_a_sensor_says_whether_there_is_a_part(power: bool) -> None:
-    """Also where both outputs are OFF afterwards: of two the hand stays as it is.
+    """If both of two outputs are OFF afterwards, the hand does not change.
 
     Source: docs/reference/errors.md, 16#805A and 16#805E: or wire PartInput
     """

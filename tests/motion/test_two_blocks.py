@@ -344,7 +344,7 @@ def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_table_ends_if_another_block_moves_the_robot(engine: str) -> None:
-    """But not while it asks for that with CallNumber. Source: head of FB_MoveTable."""
+    """A movement requested with CallNumber does not end it. Source: head of FB_MoveTable."""
     bench = PartBench(engine)
     for row, point in ((1, 20), (2, 40)):
         bench[f"Moves[{row}].Kind"], bench[f"Moves[{row}].Point"] = "MOVE_PTP", point

@@ -33,7 +33,7 @@ def test_without_the_hmi_the_same_command_of_another_block_goes_on(key: str) -> 
 def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
     key: str, then: int
 ) -> None:
-    """Nor is the movement of another block that follows it.
+    """The next movement of another block is not stopped either.
 
     Source: docs/explanation/scan-model.md, a block that is skipped; head of FB_Operator, HmiOk
     """

@@ -479,7 +479,7 @@ def test_a_reset_that_waits_is_withdrawn_and_who_has_his_turn_goes_on() -> None:
 
 
 def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
-    """But what was withdrawn in the scan before, for having waited too long.
+    """A key withdrawn in the scan before, after too long a wait, is still reported.
 
     Source: head of FB_Operator: without the HMI what waits is withdrawn
     """

@@ -123,7 +123,7 @@ def test_a_movement_of_another_block_does_not_renew_it() -> None:
 
 
 def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
-    """Once for all that has moved meanwhile, and not before it has ended.
+    """It is read once for all movements of that time, after the last has ended.
 
     Source: RCX_PANEL.Position
     """
@@ -143,7 +143,10 @@ def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
 
 @pytest.mark.parametrize("jogs", [False, True])
 def test_servos_that_come_on_while_it_is_read_make_it_be_read_again(jogs: bool) -> None:
-    """At once, or where an axis is moved before that, after it. Source: RCX_PANEL.Position."""
+    """It is read again at once or, if an axis is moved first, after that movement.
+
+    Source: RCX_PANEL.Position.
+    """
     plc = OperatorBench()
     plc.hold = _POSITION
     plc.press("JogPlus", scans=20)

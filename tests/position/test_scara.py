@@ -362,7 +362,7 @@ def test_pulses_of_before_do_not_stay_in_an_error_which_goes_with_its_cause() ->
 
 
 def test_the_arm_is_right_handed_unless_it_is_said() -> None:
-    """At x = 0 and the diagonal of a right angle. Source: comment of HandSystem."""
+    """The point is at x = 0 and the diagonal of a right angle. Source: comment of HandSystem."""
     block = scara("Inverse", "auto")
     with_arm(block, {})
     block["Block.PositionMm"] = [0.0, 285.044, 5.0, 90.0, 0.0, 0.0]

@@ -73,7 +73,7 @@ def test_the_first_point_is_the_origin_and_the_second_the_direction_of_x(
 
 
 def test_in_the_shift_the_points_are_zero_and_on_x() -> None:
-    """By the model of the controller: 200 pairs of points anywhere.
+    """The controller's model gives 200 pairs of points anywhere.
 
     Source: harness/rcx_harness/robot/geometry.py
     """

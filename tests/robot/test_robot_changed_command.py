@@ -120,7 +120,7 @@ def test_the_code_that_stands_there_in_a_ready_status_of_that_kind_is_not_execut
 def test_a_changed_data_word_is_a_changed_command_or_free(
     belong: bool, status: int, found: list[str]
 ) -> None:
-    """Also a word that the command does not use.
+    """The word may be one that the command does not use.
 
     Rule: changed-data, hold-command.
     Source: remote command guide chapter 1, 1.1, note

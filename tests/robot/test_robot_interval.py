@@ -200,7 +200,7 @@ def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_o
 
 @pytest.mark.parametrize("lost", [False, True])
 def test_the_interval_counts_from_no_change_before_the_first_image(lost: bool) -> None:
-    """At power-on and after a loss. Rule: link-first-image."""
+    """This applies to power-on and to a loss. Rule: link-first-image."""
     master = Master()
     if lost:
         master.power_up()

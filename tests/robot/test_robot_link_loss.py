@@ -86,7 +86,9 @@ def test_a_status_that_is_being_reset_is_ready_after_the_loss() -> None:
 @pytest.mark.parametrize(("taken", "count"), [(True, 1), (False, 0)])
 @pytest.mark.parametrize("power", [False, True])
 def test_a_code_in_the_first_image_of_a_connection(taken: bool, count: int, power: bool) -> None:
-    """After a loss and after power-on alike; another code after it is a command in either reading.
+    """This applies after a loss and after power-on.
+
+    With both settings, another code after it is a command.
 
     Rule: first-image-command.
     """

@@ -70,7 +70,7 @@ def test_an_arc_takes_the_other_way_round_if_the_first_point_lies_there() -> Non
 
 
 def test_an_arc_may_lie_anywhere_in_space() -> None:
-    """In the plane of Y and Z. Rule: arc."""
+    """The arc is in the plane of Y and Z. Rule: arc."""
     arc = Arc((2, 0, 0), (2, 5, 5), (2, 10, 0))
     assert arc.at(0.25) == pytest.approx([2, 5 - 5 * math.sqrt(0.5), 5 * math.sqrt(0.5)])
 
@@ -199,7 +199,7 @@ def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> 
 @pytest.mark.parametrize("axes", range(1, 7))
 @pytest.mark.parametrize("on_r", [False, True])
 def test_pulses_come_back_from_millimetres(axes: int, on_r: bool) -> None:
-    """However many axes the robot has. Rule: coordinates."""
+    """The number of axes does not matter. Rule: coordinates."""
     frame = Frame(
         (1000.0, 700.0, 300.0, 100.0, 50.0, 1.5)[:axes],
         shift=(1_000, -2_000, 3_000, 33_000),

@@ -115,7 +115,7 @@ _STOPS: dict[str, Callable[[Master], None]] = {
 @pytest.mark.parametrize("by_command", [False, True])
 @pytest.mark.parametrize("stop", _STOPS)
 def test_a_stop_takes_back_a_start_that_is_not_answered(stop: str, by_command: bool) -> None:
-    """However short the stop is; the program does not start by itself after it.
+    """A short stop is enough; the program does not start by itself after it.
 
     Rule: start-withdrawn, program-stop.
     Source: manual chapter 5, 3.3: Turn OFF to stop the robot program
@@ -202,7 +202,7 @@ def test_a_return_to_origin_without_an_axis_to_move_is_no_attempt() -> None:
 
 @pytest.mark.parametrize("command", [0, 0x0032])
 def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
-    """By an input and by a command alike.
+    """The movement was started by an input or by a command.
 
     Rule: stop-alarm, origin-command-needs.
     Source: manual chapter 4, 4, 12.400 b

@@ -116,7 +116,7 @@ def test_halt_ends_all_tasks() -> None:
 
 
 def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> None:
-    """Also with nothing else to do in between. Rule: tasks."""
+    """This holds even if there is nothing else to do in between. Rule: tasks."""
     programs = (
         RobotProgram(steps=("START 3", "WAIT SI(27)=1")),
         RobotProgram(steps=("SO(30)=1", "WAIT SI(27)=1")),

@@ -61,7 +61,7 @@ def test_a_stop_holds_in_every_call_up_to_the_one_that_ends_it(
 def test_a_stop_tells_at_once_that_the_cpu_is_down(
     block: str, hold: str, keep: str, wire: str
 ) -> None:
-    """Also while its input is still ON. Source: manual chapter 5, 2, SO(01)."""
+    """Its input may still be ON. Source: manual chapter 5, 2, SO(01)."""
     del hold, keep
     alone = _alone(block)
     alone[f"Robot.SI.{wire}"] = True

@@ -102,7 +102,7 @@ def test_after_the_timeout_the_command_is_held_and_the_next_one_is_told(seen: bo
 
 
 def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> None:
-    """By its number alone the turn looks like its own."""
+    """The turn's number alone looks like its own."""
     plc = _plc()
     plc.change("First.Execute", to=True)
     assert _pins(plc, "First") == "Busy Active"
@@ -286,7 +286,7 @@ def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: in
 
 @pytest.mark.parametrize("ticket", [0, 65_535])
 def test_a_turn_that_has_gone_to_the_next_ticket_is_lost(ticket: int) -> None:
-    """Also where the tickets begin again after 65535."""
+    """Ticket numbers may start again after 65535."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel"] = {"Serving": ticket, "NextTicket": ticket, "Lowest": ticket}
     job["Block.Execute"] = True

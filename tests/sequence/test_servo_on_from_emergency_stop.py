@@ -290,7 +290,7 @@ def test_what_forbids_servo_on_ends_the_wait_for_mp_ready(
 def test_an_emergency_stop_of_one_scan_in_the_scan_of_the_release_wins(
     stop: str, since_change: int
 ) -> None:
-    """Also where the interval keeps SI(00) from going ON at once.
+    """The interval may keep SI(00) from going ON at once.
 
     Source: manual chapter 5, 2, SI(00).
     """

@@ -150,7 +150,7 @@ def queue() -> PlcBench:
 def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     queue: PlcBench, scans: int, before: int
 ) -> None:
-    """Also where so many tickets were taken before that no more can be.
+    """The case includes a full queue, in which no more tickets can be taken.
 
     Source: design of the library, 2: a turn goes to the next job that is still there, at once.
     """

@@ -247,7 +247,7 @@ def test_actions_are_recorded_and_become_a_stimulus(
 
 
 def test_the_robot_is_drawn_and_its_axes_are_shown_in_pulses_and_mm(page: Page) -> None:
-    """At 150 mm in X: an SXYX has 819.2 pulses a mm."""
+    """The tool is at 150 mm in X; an SXYX has 819.2 pulses per mm."""
     page.find("nav button:nth-child(2)").click()
     drawn = "return document.querySelector('#robots .rv')?.ariaLabel"
     expected = "Robot 1, SXYX: X 150, Y 0, Z 0"

@@ -103,7 +103,7 @@ def test_an_event_in_utf_8_is_taken(kind: str) -> None:
 
 @pytest.mark.parametrize("name", ["9" * 5000, "0" * 5000, "00", "%D9%A0", "%C2%B2", "%00", "%0a"])
 def test_a_controller_that_is_not_there_is_not_found(name: str) -> None:
-    """Also where its number has 5,000 digits, or digits of another script."""
+    """Its number may have 5,000 digits, or digits of another script."""
     for path in (f"/token/api/robots/{name}", f"/token/api/robots/{name}/chart.svg"):
         ((status, text),) = ask((b"GET", path.encode(), (), b""))
         assert status == 404

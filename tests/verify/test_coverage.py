@@ -125,7 +125,7 @@ def test_everything_executed_is_complete(measured: Measure) -> None:
 
 
 def test_a_branch_that_is_not_taken_is_named_with_its_line(measured: Measure) -> None:
-    """Also the ELSE that is not there, and the CASE in which no label fits."""
+    """This includes a missing ELSE, and a CASE in which no label fits."""
     result = measured([(20, True, "SIZE_SMALL")])
     assert _open(result) == [
         "17: not taken: ELSIF Level > 5",

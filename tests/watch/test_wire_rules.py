@@ -274,7 +274,7 @@ def test_code_and_data_are_held_until_the_end(status: int) -> None:
 
 @pytest.mark.parametrize("end", [END, FAILED])
 def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
-    """Also where the status that follows is another already; each end counts once."""
+    """The next status may differ already; each end counts once."""
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=RUN))
     assert judge(*out, Scan(30, status=end)) == []
     held = Scan(30, code=0x0101, status=end)
@@ -344,7 +344,7 @@ def test_a_code_goes_out_at_the_status_0000_only(status: int) -> None:
 def test_a_code_that_follows_another_without_the_reset_is_not_ready(
     data: dict[int, int] | None,
 ) -> None:
-    """After the end code and data may change; what is wrong is the code without the reset.
+    """Code and data may change after the end; the error is the code without the reset.
 
     Source: guide chapter 2, steps 5 and 6.
     """

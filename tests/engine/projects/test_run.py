@@ -93,7 +93,7 @@ def test_a_body_is_replaced_by_one_of_the_users_or_by_a_whole_block(
 def test_a_mistake_in_a_replacing_body_is_told_in_its_file(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With the line there, although the interface is the project's."""
+    """The message has the line in the user's file, although the interface is the project's."""
     own = ladder.with_name("lamp.st")
     own.write_text("Q := Lit;\nQ := Nothing;\n", encoding="utf-8")
     assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2

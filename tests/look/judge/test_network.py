@@ -273,7 +273,7 @@ def test_the_size_of_the_options_is_the_only_one(
 
 
 def test_a_named_controller_is_the_only_one_and_may_have_other_instances(tmp_path: Path) -> None:
-    """Another adapter with the same sizes, at points 0x70 and 0x71."""
+    """Another adapter has the same sizes, at points 0x70 and 0x71."""
     other = Story(controller="192.168.0.20")
     other.open(0, path="2004 2405 2C70 2C71")
     other.both(10_000, FREE, OK)

@@ -258,7 +258,7 @@ def test_the_answer_of_another_number_is_refused(key: Key, byte: int, text: str)
 
 @pytest.mark.parametrize("packet_us", [5_000, 10_000, 100_000])
 def test_the_data_of_a_command_are_there_before_its_code(packet_us: int) -> None:
-    """In a packet of its own, and for two of the controller's cycles.
+    """The data have a packet of their own, for two of the controller's cycles.
 
     Source: guide 2, steps 1 and 2; guide 1.1, command data are entered before.
     """

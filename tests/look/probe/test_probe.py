@@ -239,7 +239,7 @@ def test_a_controller_that_gives_no_end_decides_nothing() -> None:
 
 
 def test_a_connection_that_never_was_is_not_lost() -> None:
-    """Nor where the controller is busy."""
+    """A busy controller is not reported as a lost connection either."""
     asked = [question("versions")]
     person = Person(lambda one: True, lambda text, event: False, lambda text: None)
     line = StationLine(RobotConfig())

@@ -61,7 +61,10 @@ def test_the_value_goes_to_the_designated_data_of_a_shift(place: int) -> None:
 
 
 def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
-    """Or it is an alarm. Rule: undefined-data. Source: remote command guide 4.4.4."""
+    """With another setting it is an alarm. Rule: undefined-data.
+
+    Source: remote command guide 4.4.4.
+    """
     master = ready()
     assert master.execute(SHIFT, 0, 39, 2, 0x03E8) == NORMAL_END
     assert master.robot.machine.memory.shifts == {39: (0, 1000, 0, 0)}

@@ -104,7 +104,7 @@ def test_a_jog_to_the_soft_limit_may_end_normally(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize("start", [300_000, 300_001])
 def test_from_a_soft_limit_a_jog_goes_back_only(code: int, start: int) -> None:
-    """Also where the axis is beyond it. Rule: jog-limit, limits-on-the-way."""
+    """The axis may be at the limit or beyond it. Rule: jog-limit, limits-on-the-way."""
     master = _jogger(axes=(Axis(start=start, soft_high=300_000),))
     assert master.execute(code, PULSE_OUTPUT, 0x0001) == abnormal_end("2.334")
     assert master.robot.positions == [start]

@@ -90,7 +90,7 @@ def test_linear_interpolation_of_the_designated_axes() -> None:
 
 
 def test_acceleration_and_deceleration_of_a_line() -> None:
-    """With less of either it takes longer.
+    """A lower value of either makes the movement longer.
 
     Source: remote command guide 4.2.1, linear interpolation, d and e
     """
@@ -206,7 +206,7 @@ def test_in_pulses_axis_4_moves_alone() -> None:
 def test_the_arm_takes_the_hand_system_of_the_target(
     scara: tuple[int, ...], hand: int, arm: int
 ) -> None:
-    """By command and by point; arm rotation does not count.
+    """A command and a point both set it; arm rotation does not count.
 
     Rule: hand-system.
     Source: remote command guide 4.2.1, direct PTP designation (millimeter units), cc

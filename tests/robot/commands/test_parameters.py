@@ -56,7 +56,7 @@ def test_an_axis_parameter_takes_its_whole_range(number: int, limits: tuple[int,
     ("number", "axes", "limit"), [(WEIGHT, 0, 30), (WEIGHTG, 0, 30_000), (AXWGHT, 1, 30)]
 )
 def test_a_payload_is_0_to_the_maximum_payload(number: int, axes: int, limit: int) -> None:
-    """Here 30 kg. Rule: payload. Source: remote command guide 4.4.2."""
+    """The maximum payload is 30 kg here. Rule: payload. Source: remote command guide 4.4.2."""
     master = ready(max_payload=30)
     for value in (0, limit):
         assert _write(master, number, axes, value) == NORMAL_END

@@ -72,7 +72,7 @@ def test_push_ended_in_a_status_other_than_time_out(code: int) -> None:
 
 @pytest.mark.parametrize("time", [1, 250, 32767])
 def test_the_push_time_period(time: int) -> None:
-    """In cycles of 5 ms. Source: remote command guide 4.2.23, jjjj."""
+    """The time counts in cycles of 5 ms. Source: remote command guide 4.2.23, jjjj."""
     pushed = _pushes_for(_mover(workpiece=4_500), *_words(0x004D, TIME, time=time))
     assert time <= pushed < time + 10 if time > 5 else pushed <= 10
 

@@ -78,7 +78,7 @@ def test_words_that_are_not_put_out_are_the_robot_programs() -> None:
 
 
 def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
-    """Also in cycles in which the master changes nothing. Rule: real-time-update."""
+    """They follow even if the master changes nothing. Rule: real-time-update."""
     axes = (Axis(moving_torque=10), Axis())
     master = _master(axes=axes)
     master.pulse("SI01")

@@ -47,7 +47,7 @@ def test_a_command_for_robot_2_is_not_executed_while_robot_1_moves() -> None:
 )
 @pytest.mark.parametrize("code", [0x001, 0x003])
 def test_a_movement_moves_the_axes_of_its_robot(code: int, robot: int, expected: list[int]) -> None:
-    """And answers with their position, axis 1 first. Source: remote command guide 4.2.1, R."""
+    """The answer has their positions, axis 1 first. Source: remote command guide 4.2.1, R."""
     master = _mover()
     answer = master.execute(robot << 12 | code, PULSE_OUTPUT, 0, 0, 19)
     assert master.robot.positions == expected

@@ -115,7 +115,7 @@ def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: i
 
 
 def test_the_table_names_every_example_where_print_and_prose_disagree() -> None:
-    """And no other; where words are meant that are not printed, it says what becomes of these."""
+    """It names no other example. For words that are meant but not printed, it gives the result."""
     assert {number for number, example in EXAMPLES.items() if "differs" in example} == {*DIFFERENT}
     meant = {number for number, example in EXAMPLES.items() if "meant_command" in example}
     assert meant == {number for number, what in DIFFERENT.items() if what in (SAME, REFUSED)}

@@ -175,7 +175,7 @@ def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(pan
 
 
 def test_a_field_without_a_number_sends_nothing_and_shows_the_old_one(panel: _Panel) -> None:
-    """Nor is the key that is pressed next: who has emptied the field means another point.
+    """Teach, pressed next, is not sent either: an empty field means that another point is wanted.
 
     Source: RCX_PANEL, Point is where Teach stores.
     """

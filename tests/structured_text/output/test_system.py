@@ -131,7 +131,7 @@ def test_a_signal_that_is_ignored_stays_so() -> None:
 def test_a_closed_pipe_is_not_a_full_disk(
     monkeypatch: pytest.MonkeyPatch, platform: str, number: int, expected: bool
 ) -> None:
-    """On Windows writing to such a pipe is an invalid argument."""
+    """On Windows, writing to such a pipe gives the error "invalid argument"."""
     monkeypatch.setattr("sys.platform", platform)
     assert system.nobody_reads(OSError(number, "")) is expected
 

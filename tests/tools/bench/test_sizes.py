@@ -75,7 +75,7 @@ def test_the_page_prints_what_was_measured(measured: list[sizes.Size]) -> None:
 
 @pytest.mark.skipif(find_strucpp() is None, reason=MISSING_STRUCPP)
 def test_strucpp_tells_the_size_of_every_block_and_keeps_more_of_each_value() -> None:
-    """Beside each value it keeps whether it is forced, and to what: a BOOL takes three bytes."""
+    """For each value it stores a forced flag and a forced value: a BOOL takes three bytes."""
     strucpp, compiler = find_strucpp(), find_cxx_compiler()
     assert strucpp is not None
     assert compiler is not None

@@ -117,7 +117,7 @@ def test_the_steps_of_the_page_are_understood() -> None:
 
 
 def test_the_example_files_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """With the program of `rcx new`: its movement ends abnormally, and no rule is broken."""
+    """The program is that of `rcx new`: its movement ends abnormally, and no rule is broken."""
     folder = tmp_path / "cell"
     assert main(["new", str(folder)]) == 0
     for section in ("Stimulus file", "Robot file"):

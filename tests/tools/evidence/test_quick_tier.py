@@ -61,7 +61,7 @@ def repository_states(tmp_path_factory: pytest.TempPathFactory) -> TestStates:
 
 
 def test_a_sample_that_is_not_there_ends_the_collection(request: pytest.FixtureRequest) -> None:
-    """So a renamed parameter cannot leave the quick tier without a word."""
+    """Otherwise a renamed parameter could leave the quick tier unnoticed."""
     item = pytest.Function.from_parent(request.node.parent, name="test_x[a]", callobj=lambda: None)
     item.add_marker(pytest.mark.exhaustive(but=["a", "gone"]))
     with pytest.raises(pytest.UsageError, match=r"test_x\[gone\]"):

@@ -97,7 +97,7 @@ def test_what_is_written_is_read_again(
 
 
 def test_the_table_has_what_users_can_name() -> None:
-    """By hand, from the sources."""
+    """The expected names are taken from the sources by hand."""
     table = pins.now()
     assert table["FB_SequenceControl"] == [
         "VAR_IN_OUT Robot : RCX_REF",

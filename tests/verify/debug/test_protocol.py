@@ -329,7 +329,7 @@ _WRONG: list[Any] = [[], 0, -1, "x", {}, None, True, 1e308, [1], [[]], {"a": 1},
 def test_arguments_of_wrong_types_are_answered(
     at_entry: Callable[..., Editor], command: str, keys: list[str]
 ) -> None:
-    """Whatever comes, the next request is answered.
+    """The next request is answered in every case.
 
     Source: a defect report: the debug adapter with wrong types or deep JSON.
     """

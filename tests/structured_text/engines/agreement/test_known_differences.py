@@ -53,6 +53,6 @@ def test_a_duration_is_what_its_literal_says(literal: str, tmp_path: Path) -> No
 
 
 def test_a_string_literal_may_hold_a_line_feed(tmp_path: Path) -> None:
-    """In matiec it goes into the C text as it is, which no C compiler takes."""
+    """matiec copies it into the C text unchanged, which C compilers refuse."""
     seen = _values(tmp_path, "Text : STRING := 'a$Lb';", "Text := CONCAT(Text, '$N');")
     assert seen["Text"] == "a\nb\n"

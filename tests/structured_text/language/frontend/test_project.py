@@ -147,7 +147,7 @@ def test_a_variable_goes_before_a_list_of_its_name(build: Build) -> None:
 
 
 def test_a_label_of_a_case_may_be_a_global_constant(build: Build) -> None:
-    """By itself, and behind the name of its list."""
+    """The label has the constant's name, with or without the name of its list."""
     program = build(
         "VAR_GLOBAL CONSTANT Full : INT := 3; END_VAR\n",
         "PROGRAM P1 VAR I : INT := 3; A, B : INT; END_VAR\n"

@@ -379,7 +379,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("at", ["", "CONSTANT"])
 def test_a_constant_of_a_configuration_stays_constant(at: str, mistakes_of: Errors) -> None:
-    """However the program declares it; a variable of the configuration can be written."""
+    """The program's declaration does not matter; a variable of the configuration can be written."""
     source = _CONFIGURATION.replace("VAR_EXTERNAL", f"VAR_EXTERNAL {at}")
     constant = source.replace("VAR_GLOBAL Shared : INT;", "VAR_GLOBAL CONSTANT Shared : INT := 3;")
     for text, refused in ((source, bool(at)), (constant, True)):
@@ -389,7 +389,7 @@ def test_a_constant_of_a_configuration_stays_constant(at: str, mistakes_of: Erro
 
 
 def test_a_global_that_a_block_does_not_use_may_be_given(mistakes_of: Errors) -> None:
-    """And so may a variable of the program's own where the block uses a global of that name."""
+    """The program's own variable may be given, too, if the block uses a global of that name."""
     frame = (
         "FUNCTION_BLOCK Inner VAR_IN_OUT X : INT; END_VAR{uses}\nX := 2;\nEND_FUNCTION_BLOCK\n"
         "PROGRAM P1 {declares} VAR I1 : Inner; END_VAR\nI1(X := Shared);\nEND_PROGRAM\n"

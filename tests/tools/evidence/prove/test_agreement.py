@@ -37,7 +37,7 @@ def test_the_translation_of_a_block_agrees_with_the_engine(library: Subject, nam
 
 
 def test_every_pou_of_the_library_is_compared_in_100_000_scans() -> None:
-    """At least 300 of each, and those of `make prove` are more."""
+    """Each POU has at least 300 scans, and `make prove` adds more."""
     pous = [file for file in _FILES if file.parent.name != "types"]
     assert min(SCANS, MATIEC_SCANS) >= 300
     assert SCANS * len(pous) >= 100_000

@@ -17,7 +17,7 @@ from rcx_tools.evidence.prove.solve import ask
 
 @pytest.mark.parametrize("block", ["FB_RealTimeValue", "FB_WriteBit", "FB_SetInchingAmount"])
 def test_nothing_of_a_block_leaves_its_range(block: str, tmp_path: Path) -> None:
-    """Whatever its pins hold."""
+    """The pins may have any values."""
     assert statuses(_SAFETY, library(tmp_path, block), block.upper()) == {"proved"}
 
 
