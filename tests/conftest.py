@@ -107,7 +107,7 @@ def pytest_deselected(items: Sequence[pytest.Item]) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Hand the count of a worker process over to the process that reports."""
+    """Pass the count of a worker process to the process that reports."""
     output = getattr(session.config, "workeroutput", None)
     if output is not None:
         output["left_out"] = session.config.stash[_LEFT_OUT]
@@ -126,7 +126,7 @@ def pytest_testnodedown(node: Any, error: object) -> None:
 def pytest_terminal_summary(
     terminalreporter: pytest.TerminalReporter, config: pytest.Config
 ) -> None:
-    """Say in a few last lines what was skipped or left out, and how to repeat a failure."""
+    """Print in a few last lines what was skipped or left out, and how to repeat a failure."""
     stats = terminalreporter.stats
     skipped = [report.longrepr[2] for report in stats.get("skipped", [])]
     if skipped:
@@ -141,19 +141,19 @@ def pytest_terminal_summary(
 
 
 def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:
-    """Codes, ErrorIDs and words of telegrams are shown in 16#."""
+    """Show codes, ErrorIDs and words of telegrams in 16#."""
     return hexadecimal_comparison(op, left, right)
 
 
 @pytest.fixture
 def repository() -> Path:
-    """The folder of the repository."""
+    """Return the folder of the repository."""
     return REPOSITORY
 
 
 @pytest.fixture(scope="session")
 def matiec() -> Matiec:
-    """The installed matiec; tests that need it are skipped where there is none."""
+    """Return the installed matiec, or skip the test if it is missing."""
     from structured_text.engines.matiec.build import MISSING, find_matiec
     from structured_text.engines.native.toolchain import find_c_compiler
 
@@ -167,7 +167,7 @@ def matiec() -> Matiec:
 
 @pytest.fixture
 def build_cell() -> Iterator[Callable[..., Cell]]:
-    """Builds cells with the arguments of `Cell.build` and closes them after the test."""
+    """Return a function that builds cells with `Cell.build`, and closes them after the test."""
     from rcx_harness import Cell
 
     cells: list[Cell] = []
@@ -183,7 +183,7 @@ def build_cell() -> Iterator[Callable[..., Cell]]:
 
 @pytest.fixture
 def raw_cell(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[..., Cell]:
-    """Builds cells of a program that writes the area without the library and without any rule."""
+    """Return a function that builds cells of a program that writes the area without the library."""
     program = REPOSITORY / "tests" / "cell" / "programs" / "RawArea.st"
     empty = tmp_path / "no-library"
     empty.mkdir()

@@ -45,21 +45,21 @@ _CPPPO = re.compile("cpppo", re.IGNORECASE)
 
 @pytest.fixture(scope="module")
 def graph() -> Graph:
-    """Who imports whom in all packages."""
+    """Return the imports between the modules of all packages."""
     harness = Path(__file__).parents[1] / "harness"
     return imports(*(harness / house for house in HOUSES))
 
 
 @pytest.fixture(scope="module", params=PLANS)
 def house(request: pytest.FixtureRequest) -> str:
-    """One of the packages of the wheel."""
+    """Return one of the packages of the wheel."""
     package: str = request.param
     return package
 
 
 @pytest.fixture(scope="module")
 def rooms(graph: Graph, house: str) -> Graph:
-    """Which rooms of a package each of them imports."""
+    """Return the imports between the rooms of a package."""
     within = f"{house}."
     return room_graph(
         {
@@ -79,7 +79,7 @@ def test_a_package_has_the_rooms_of_its_plan_and_at_most_14(rooms: Graph, house:
 def test_a_room_imports_only_rooms_further_down_on_at_most_9_floors(
     rooms: Graph, house: str
 ) -> None:
-    """So robot and enip do not know each other.
+    """Therefore robot and enip do not import each other.
 
     Source: docs/explanation/architecture.md, the arrows.
     """

@@ -18,7 +18,7 @@ _INTERVAL_SCANS = 12
 def _bench(
     twin: str, *, other: bool = False, m: int = 0, n: int = 0, contract: bool = True
 ) -> PlcBench:
-    """Each area block is called again while ReadTwice, WriteTwice; also by another instance."""
+    """Return a bench whose area blocks are called again, also by a second instance."""
     image = "RCX_IMAGE_WORDS" if twin else "RCX_IMAGE"
     copied = "" if not twin else _COPY
     read, write = ("ReadOther", "WriteOther") if other else ("ReadArea", "WriteArea")
@@ -96,7 +96,10 @@ def test_a_time_limit_stays_true_where_the_area_is_read_twice(twin: str, other: 
 @_TWINS
 @_OTHER
 def test_reading_twice_is_noticed_and_the_first_reading_stands(twin: str, other: bool) -> None:
-    """The other area is that of another controller: its answers are not this one's."""
+    """The first reading is used.
+
+    A second area belongs to another controller, so its answers must not be used.
+    """
     plc = _bench(twin, other=other, m=48 if other else 0)
     read = "ReadOther" if other else "ReadArea"
     before = plc["Robot.SO"]
@@ -114,7 +117,9 @@ def test_reading_twice_is_noticed_and_the_first_reading_stands(twin: str, other:
 
 @_TWINS
 def test_of_an_illegal_area_that_is_read_again_the_illegal_offset_is_told(twin: str) -> None:
-    """What is to be mended first: the offset. What cannot be read is not connected.
+    """The error names the illegal offset, because it must be corrected first.
+
+    An area that cannot be read counts as not connected.
 
     Source: docs/reference/errors.md.
     """
@@ -126,7 +131,10 @@ def test_of_an_illegal_area_that_is_read_again_the_illegal_offset_is_told(twin: 
 
 @_TWINS
 def test_a_second_reading_can_take_the_connection_away(twin: str) -> None:
-    """What one of two says is lost is not believed. Source: manual chapter 1, 5.2."""
+    """If one of two readings reports a loss, the block treats the connection as lost.
+
+    Source: manual chapter 1, 5.2.
+    """
     plc = _bench(twin)
     plc["ReadTwice"], plc["ConnectedAgain"] = True, False
     plc.scan()
@@ -136,7 +144,7 @@ def test_a_second_reading_can_take_the_connection_away(twin: str) -> None:
 
 @_TWINS
 def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(twin: str) -> None:
-    """The blocks are told that the connection is lost, not that they were not called.
+    """The blocks report a lost connection, not a missing call.
 
     Source: docs/reference/errors.md, 16#8001 and 16#8013.
     """
@@ -181,7 +189,7 @@ def test_writing_twice_keeps_the_interval_between_dedicated_inputs(twin: str, ot
 
 @_TWINS
 def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(twin: str) -> None:
-    """In the same scan, held OFF until a block releases them; nothing else changes.
+    """The inputs go OFF in the same scan until a block releases them; nothing else changes.
 
     Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops.
     """
@@ -219,7 +227,7 @@ def test_each_pin_of_a_second_writing_takes_its_own_input_away_wherever_the_area
 
 @_TWINS
 def test_a_second_area_gets_nothing_of_the_first(twin: str) -> None:
-    """Two robots on one RCX_REF by mistake: the second one is not driven.
+    """If two robots share one RCX_REF by mistake, the second one is not driven.
 
     Source: manual chapter 1, 4: an area for each controller.
     """
@@ -252,7 +260,10 @@ def test_without_writing_the_blocks_end_and_reading_says_why(twin: str) -> None:
 
 
 def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -> None:
-    """Its timers know nothing of what the other one changed. Source: chapter 5, 3, caution."""
+    """Its timers do not include the changes that the other instance made.
+
+    Source: chapter 5, 3, caution.
+    """
     plc = _bench("", other=True)
     changes: list[tuple[int, bytes]] = []
     before = plc.image[32:34]
@@ -278,7 +289,7 @@ def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -
     ],
 )
 def test_no_margin_makes_the_interval_shorter(interval: str, margin: str, scans: int) -> None:
-    """SI(00) one spacing after the start, SI(06) one after that, in scans of 10 ms.
+    """SI(00) comes one spacing after the start, SI(06) one spacing later, in scans of 10 ms.
 
     Source: manual chapter 5, 3, caution: 100 ms or more.
     """

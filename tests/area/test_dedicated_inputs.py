@@ -14,7 +14,7 @@ from structured_text.engines.base import Value
 
 
 def _changes(plc: PlcBench, scans: int) -> list[tuple[int, str]]:
-    """(time of the scan [ms], input with its new state) of each change as written."""
+    """Return each change as written: (time of the scan [ms], input with its new state)."""
     found: list[tuple[int, str]] = []
     before = set(plc.inputs)
     for _ in range(scans):
@@ -104,7 +104,7 @@ def test_the_interval_is_a_parameter_but_never_below_100_ms(
 
 
 def test_the_default_margin_covers_an_rpi_of_100_ms_and_45_ms_of_jitter() -> None:
-    """A change may reach the controller one RPI and one 5 ms cycle late, the next one at once."""
+    """A change may arrive one RPI and one 5 ms cycle late, and the next change at once."""
     plc = PlcBench(margin=None)
     assert [time for time, _ in _changes(plc, 60)] == [250, 500]
 
@@ -148,7 +148,7 @@ def alone(compiled: Alone) -> Alone:
 def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_out(
     alone: Alone,
 ) -> None:
-    """The first reading found a link, a block asked for SI(15), the second reading found none.
+    """The first reading saw a link and a block requested SI(15); the second reading saw no link.
 
     Source: manual chapter 1, 5.2.
     """
@@ -165,7 +165,7 @@ def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_o
 def test_after_scans_that_went_elsewhere_the_interval_begins_anew(
     alone: Alone, further: int
 ) -> None:
-    """Also where the number of the scan has begun again after 65535 meanwhile.
+    """Meanwhile the number of the scan may have started again after 65535.
 
     Source: manual chapter 5, 3, caution; head of the block.
     """

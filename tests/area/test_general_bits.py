@@ -49,7 +49,7 @@ def test_a_number_that_is_no_general_purpose_port_is_refused(port: int) -> None:
 
 @pytest.mark.parametrize("port", NO_BITS)
 def test_a_number_that_is_no_general_purpose_bit_is_refused(port: int) -> None:
-    """SI(18), SI(28), SI(80), SI(160) and the dedicated ones: none of these can be written.
+    """SI(18), SI(28), SI(80), SI(160) and the dedicated inputs cannot be written.
 
     Source: manual chapter 1, 4.1, notes 2 and 3; chapter 3, 2.1 and 2.2, notes: up to 157.
     """
@@ -91,7 +91,7 @@ def test_without_connection_no_bit_is_believed(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
 def test_an_illegal_port_is_told_before_a_missing_connection(kind: str) -> None:
-    """It does not go away with the connection's return."""
+    """The illegal port remains an error after the connection returns."""
     plc = AreasBench()
     plc["Connected"] = False
     assert plc.read(f"Read{kind}", Port=8) == (0, False, 0x8033)
@@ -192,7 +192,10 @@ def test_every_port_and_every_bit_is_read_from_its_place(twin: str, size: int, o
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
 @pytest.mark.parametrize("verb", ["Read", "Write"])
 def test_an_illegal_area_is_told_before_an_illegal_port(verb: str, kind: str, twin: str) -> None:
-    """As the blocks of words do. Source: docs/reference/errors.md, 16#8030 and 16#8033."""
+    """The blocks of words report in the same order.
+
+    Source: docs/reference/errors.md, 16#8030 and 16#8033.
+    """
     block = _block(f"FB_{verb}{kind}{twin}", 100, 0)
     block["Block.Port"] = 99
     block.scan(0)

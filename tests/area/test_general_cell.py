@@ -18,7 +18,7 @@ EXAMPLE = ROOT / "plc/examples/03_general_io"
 
 @pytest.fixture
 def example(build_cell: Build) -> Cell:
-    """Example 03, its cell closed, its button not yet pressed."""
+    """Return example 03 with its cell closed and its button not yet pressed."""
     cell = build_cell(
         [EXAMPLE / "Config.st", EXAMPLE / "GeneralIo.st"], robot=EXAMPLE / "robot.toml", m=20, n=40
     )

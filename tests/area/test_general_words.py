@@ -11,7 +11,7 @@ DATA = list(range(0x0101, 0x0110))
 
 
 def _up(size: int = 48, m: int = 0, n: int = 0) -> AreasBench:
-    """Handshake ready, no command out."""
+    """Return a bench with a ready handshake and no command."""
     plc = AreasBench(size=size, m=m, n=n)
     plc.power_up()
     plc["First.Code"], plc["First.Data"] = 0x0001, DATA
@@ -20,13 +20,13 @@ def _up(size: int = 48, m: int = 0, n: int = 0) -> AreasBench:
 
 
 def _show(plc: AreasBench, number: int, *words: int) -> None:
-    """The robot program writes SOW(number) and those after it."""
+    """Let the robot program write SOW(number) and the words after it."""
     for k, word in enumerate(words, start=number):
         plc.so[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
 
 
 def _written(plc: AreasBench, number: int) -> int:
-    """SIW(number) as it is on the wire."""
+    """Return SIW(number) as it is on the wire."""
     at = plc.n + 2 * number
     return int.from_bytes(plc.image[at : at + 2], "little")
 
@@ -232,7 +232,7 @@ def test_a_shared_word_is_valid_only_while_no_response_is_shown() -> None:
 
 
 def test_a_status_that_nobody_asked_for_makes_the_shared_words_invalid_at_once() -> None:
-    """As at the start of a PLC that left its last command at the controller.
+    """A PLC that starts may find a status of its last command at the controller.
 
     Source: guide chapter 1, 1.2: a status other than 0x0000 has a response beside it.
     """
@@ -303,7 +303,7 @@ def test_word_1_belongs_to_the_commands_alone() -> None:
 
 
 def test_writes_go_on_without_connection_and_the_values_are_there_after_it() -> None:
-    """Nobody reads the image meanwhile: manual chapter 1, 5.2."""
+    """The image is not read meanwhile: manual chapter 1, 5.2."""
     plc = _up(size=256)
     plc.change("Connected", to=False)
     assert plc.write("WriteWord", Number=3, Value=0x0303) == 0

@@ -131,7 +131,7 @@ def test_when_the_controller_is_gone_the_code_is_withdrawn_and_nothing_restarts(
 
 
 def test_after_a_recovery_the_code_stays_0_until_the_controller_has_seen_it() -> None:
-    """One interval (120 ms here), so that no packet carries the next code over the old one."""
+    """The code stays 0 for one interval (120 ms here), so that a packet carries the 0."""
     plc = _plc()
     plc.change("Connected", to=False)
     plc["Connected"] = True
@@ -144,7 +144,7 @@ def test_after_a_recovery_the_code_stays_0_until_the_controller_has_seen_it() ->
 
 
 def test_a_status_that_falls_back_to_ready_without_an_end_is_an_error() -> None:
-    """As after a restart of the controller that the scanner did not notice."""
+    """The controller may restart without the scanner noticing it."""
     plc = _plc()
     plc.change("First.Execute", to=True, scans=2)
     plc.answer(0x0100, scans=2)
@@ -154,7 +154,7 @@ def test_a_status_that_falls_back_to_ready_without_an_end_is_an_error() -> None:
 
 
 def test_after_such_a_fall_the_code_stays_0_until_the_controller_has_seen_it() -> None:
-    """One interval (120 ms here), as after a recovery of the link."""
+    """The code stays 0 for one interval (120 ms here), as after a recovery of the link."""
     plc = _plc()
     plc.change("First.Execute", to=True, scans=2)
     plc.answer(0x0100, scans=2)
@@ -218,7 +218,7 @@ _STATUSES = (0x0000, 0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000, 0x0300, 0x8
 def test_an_output_without_end_whose_block_has_gone_is_ended(
     alone: Alone, serving: int, lowest: int
 ) -> None:
-    """Also at the last ticket before they begin again. Source: guide 4.7.4."""
+    """This includes the last ticket before the numbers start again. Source: guide 4.7.4."""
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     alone["Robot.Inner.Code"], alone["Robot.Inner.Data[1]"] = 0x0505, 0x0001
     for now in (0, 50, 60):

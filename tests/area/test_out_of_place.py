@@ -29,7 +29,7 @@ _CALLS = """Halt(Robot := Robot); Release(Robot := Robot); Stop(Robot := Robot);
 
 @cache
 def _compiled(words: str) -> PlcBench:
-    """A program with stops, releases and a few more, called at the places that are TRUE."""
+    """Compile a program whose blocks are called at the places whose variables are TRUE."""
     image = "RCX_IMAGE_WORDS" if words else "RCX_IMAGE"
     panel = "Keys(Robot := Robot, Panel := Panel);"
     return PlcBench(
@@ -75,7 +75,7 @@ END_PROGRAM
 
 
 def _first(words: str = "") -> PlcBench:
-    """Before the first scan."""
+    """Return the bench in its state before the first scan."""
     plc = _compiled(words)
     if not hasattr(plc, "first"):
         plc.first = plc.program.snapshot()  # type: ignore[attr-defined]
@@ -106,7 +106,7 @@ def _move(plc: PlcBench, place: str) -> None:
 def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_it(
     place: str, block: str, input_name: str, kept: list[str], words: str
 ) -> None:
-    """It goes out with the next FB_WriteArea; the block says where it was called.
+    """The stop goes out with the next FB_WriteArea, and the block reports where it was called.
 
     Source: manual chapter 5, 2: SI(00) and SI(06) OFF stop; docs/reference/errors.md, 16#8017.
     """
@@ -167,7 +167,7 @@ def test_a_release_that_is_moved_before_its_input_is_on_puts_the_hold_back(
 @pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
 @pytest.mark.parametrize("place", PLACES)
 def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words: str) -> None:
-    """Whoever asked for it, and also where a FB_WriteArea in between had an illegal area.
+    """Any block may have requested it, and a FB_WriteArea in between may have had an illegal area.
 
     Source: docs/explanation/scan-model.md, where a block is called.
     """
@@ -182,7 +182,10 @@ def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words
 
 
 def test_a_block_that_is_called_before_the_first_reading_of_all_is_refused() -> None:
-    """Nothing of the controller is known then. Source: docs/reference/errors.md, 16#8017."""
+    """Before the first reading, the state of the controller is unknown.
+
+    Source: docs/reference/errors.md, 16#8017.
+    """
     plc = _first()
     _move(plc, "Early")
     plc["Moving.Execute"] = True
@@ -218,7 +221,7 @@ def test_an_output_of_positions_whose_block_moves_is_ended_by_the_status_reset(p
 
 @pytest.mark.parametrize("order", ["There", "Early"])
 def test_a_block_that_changes_its_place_from_scan_to_scan_sends_at_most_once(order: str) -> None:
-    """One Execute, one command at most, whatever the order. Source: errors.md, 16#8017."""
+    """One Execute sends at most one command, in any order of calls. Source: errors.md, 16#8017."""
     plc = _up()
     places = ["There", "Late", "Early"]
     codes, before = 0, 0
@@ -298,7 +301,7 @@ END_PROGRAM
 
 @pytest.fixture
 def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str, int], Cell]:
-    """A cell that has tried a relative movement of 10 mm at a place."""
+    """Return a function that builds a cell and tries a relative movement of 10 mm at a place."""
 
     def tried(engine: str, skip: str, place: int) -> Cell:
         program = tmp_path / "Places.st"
@@ -319,7 +322,7 @@ def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str
 def test_a_relative_movement_goes_its_way_once_or_not_at_all(
     moved: Callable[[str, str, int], Cell], engine: str, skip: str
 ) -> None:
-    """Whether the controller shows 0x0100 or not; place 3 is between the areas of another robot.
+    """This holds with and without status 0x0100. Place 3 is between the areas of another robot.
 
     Source: remote command guide 1.2: the status 0x0100 may be skipped; docs/reference/errors.md,
     16#8017.

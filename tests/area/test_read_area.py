@@ -92,7 +92,7 @@ def test_an_image_may_be_as_small_as_its_area() -> None:
 
 
 def test_the_scans_of_robots_in_one_image_have_different_numbers() -> None:
-    """They begin with m: a block that goes from one robot to another notices it.
+    """The numbers start at m, so a block that switches to another robot notices it.
 
     Source: head of FB_RcxTakeHead, Start.
     """

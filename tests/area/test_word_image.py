@@ -13,7 +13,7 @@ from areas_bench import AreasBench
 
 
 def _word(plc: AreasBench, k: int) -> int:
-    """Element k of the output image of words."""
+    """Return element k of the output image of words."""
     return int(plc[f"OutputWords[{k}]"])
 
 
@@ -126,7 +126,7 @@ def test_a_smaller_image_is_told_by_its_size_in_bytes() -> None:
 
 @pytest.mark.parametrize("size", [0, 47, -32768])
 def test_no_area_lies_in_an_image_that_is_too_small(size: int) -> None:
-    """Also where the image's size less the area's is no number of an INT any more."""
+    """The result is also right if the image's size minus the area's does not fit into an INT."""
     plc = AreasBench(m=0, n=0)
     plc.change("ReadArea.ImageSize", "WriteArea.ImageSize", to=size)
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8031

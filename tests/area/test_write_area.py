@@ -136,7 +136,10 @@ _DAY_MS = 86_400_000
 def test_each_time_has_its_own_limits_in_every_scan(
     head: Alone, interval: str, margin: str, spacing_ms: int, extra_ms: int
 ) -> None:
-    """Whatever the times were before. Source: head of FB_RcxMakeHead: 8 days of each count."""
+    """The earlier values of the times do not matter.
+
+    Source: head of FB_RcxMakeHead: 8 days of each count.
+    """
     head.restart()
     head["Block.Interval"], head["Block.Margin"] = "T#150ms", "T#50ms"
     head.scan(0)

@@ -60,7 +60,7 @@ def _bench(block: str, words: str, *, after: bool) -> PlcBench:
 def test_no_writing_block_changes_a_command_that_is_out(
     block: str, words: str, after: bool
 ) -> None:
-    """Code and data stand still until the status has changed, in whatever order blocks are called.
+    """Code and data do not change until the status has changed, in any order of calls.
 
     Source: manual chapter 1, 4.1, note on the words of remote commands; guide chapter 2.
     """

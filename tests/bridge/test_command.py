@@ -52,7 +52,7 @@ def plc(server: ModbusPlc) -> ModbusPlc:
 
 @pytest.fixture
 def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
-    """Runs `rcx bridge` between both; slow computers are given time."""
+    """Return a function that runs `rcx bridge` between both, with time for slow computers."""
 
     def start(*options: str) -> int:
         host, port = adapter.address
@@ -63,7 +63,7 @@ def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
 
 
 def press_ctrl_c(after: Callable[[], None]) -> threading.Thread:
-    """SIGINT to this process once `after` has ended, if the bridge is still there to take it."""
+    """Send SIGINT to this process after `after`, if the bridge still runs."""
     before = signal.getsignal(signal.SIGINT)
 
     def press() -> None:
@@ -204,7 +204,7 @@ def test_without_pymodbus_it_says_what_to_install(
 
 @pytest.mark.exhaustive
 def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter) -> None:
-    """Nothing has to be started again."""
+    """Both sides start later, and the bridge needs no restart."""
     host, port = adapter.address
     plc = ModbusPlc()
     plc.stop()
@@ -244,7 +244,10 @@ def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
 def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
     bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured, part: type, work: str
 ) -> None:
-    """Either thread: the one that exchanges, the one that keeps the robot's connection."""
+    """Two threads exchange data and hold the robot's connection.
+
+    The end of either ends the command.
+    """
 
     def fail(worker: object) -> None:
         raise SystemExit  # a thread that ends without a traceback
@@ -255,7 +258,7 @@ def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
 
 
 def wait_for(running: Running, wanted: State) -> tuple[float, State, str]:
-    """The next news of that state."""
+    """Return the next report of this state."""
     while True:
         news = running.news.get(timeout=60)
         assert news is not None, "it has ended"

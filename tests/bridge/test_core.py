@@ -24,8 +24,8 @@ _MS = 1_000
 _PERIOD_US = 10 * _MS
 _LIMITS = Limits(gap_us=100 * _MS, beat_us=500 * _MS, hold_us=200 * _MS)
 #: SI(00) and SI(06) ON (byte 32), a general purpose bit SI(20) (byte 34); code and data 0.
-_ASKS = bytes(32) + bytes([0x41, 0x00, 0x01]) + bytes(13)
-_QUIET = bytes(34) + bytes([0x01]) + bytes(13)
+_REQUESTING = bytes(32) + bytes([0x41, 0x00, 0x01]) + bytes(13)
+_NOT_REQUESTING = bytes(34) + bytes([0x01]) + bytes(13)
 #: Status 0x0200, SOW(2) = 0x1234, SO(01) CPU_OK.
 _ANSWERS = b"\x00\x02\x00\x00\x34\x12" + bytes(26) + b"\x02" + bytes(15)
 _ZERO = bytes(48)
@@ -36,7 +36,7 @@ class Scene:
     """Both sides as they are, and what the bridge made of them."""
 
     limits: Limits = _LIMITS
-    area: bytes = _QUIET
+    area: bytes = _NOT_REQUESTING
     beats: bool = True
     plc_there: bool = True
     robot_there: bool = True
@@ -49,7 +49,7 @@ class Scene:
         self.bridge = Bridge(len(self.area), self.limits)
 
     def go(self, times: int = 1, after_us: int = _PERIOD_US) -> Actions:
-        """Some exchanges, `after_us` after one another."""
+        """Run some exchanges, `after_us` apart."""
         for _ in range(times):
             self.now_us += after_us
             self.beat = (self.beat + self.beats) & 0xFFFF
@@ -61,13 +61,13 @@ class Scene:
         return self.last
 
     def assert_safe(self) -> None:
-        """Nothing reaches either side."""
+        """Check that no data reach either side."""
         assert self.last.to_robot == _ZERO
         assert self.last.to_plc == (0,) * 24
         assert self.last.life == 0
 
     def until_run(self, most: int = 100) -> int:
-        """Exchanges until it runs."""
+        """Exchange until the bridge runs."""
         for count in range(1, most + 1):
             if self.go().state is State.RUN:
                 return count
@@ -82,13 +82,13 @@ def scene() -> Scene:
 @pytest.fixture
 def running(scene: Scene) -> Scene:
     scene.until_run()
-    scene.area = _ASKS
-    assert scene.go().to_robot == _ASKS
+    scene.area = _REQUESTING
+    assert scene.go().to_robot == _REQUESTING
     return scene
 
 
 def test_words_are_little_endian_as_the_library_reads_them() -> None:
-    """Byte m is the low half of SOW(0), byte m + 1 the high one.
+    """Byte m is the low half of SOW(0), byte m + 1 the high half.
 
     Source: manual chapter 1, 4.1.
     """
@@ -106,7 +106,7 @@ def test_while_it_runs_both_areas_pass_and_the_life_word_is_another_each_time(
     running: Scene,
 ) -> None:
     first = running.go()
-    assert (first.to_robot, first.to_plc, first.reason) == (_ASKS, words_of(_ANSWERS), "")
+    assert (first.to_robot, first.to_plc, first.reason) == (_REQUESTING, words_of(_ANSWERS), "")
     assert running.go().life == first.life + 1
 
 
@@ -147,9 +147,9 @@ def test_after_any_loss_nothing_passes_until_the_plc_has_cleared_code_and_dedica
     assert running.last.reason == "it still holds dedicated inputs, 16#0041"
     running.area = b"\x01\x00" + bytes(46)
     assert running.go().reason == "it still holds the remote command 16#0001"
-    running.area = _QUIET
+    running.area = _NOT_REQUESTING
     assert running.go().state is State.RUN
-    assert running.last.to_robot == _QUIET, "general purpose inputs are the PLC's to keep"
+    assert running.last.to_robot == _NOT_REQUESTING, "general purpose inputs are the PLC's to keep"
 
 
 @pytest.mark.parametrize(
@@ -224,7 +224,7 @@ def test_a_heartbeat_that_stands_still_is_the_loss_of_the_plc(running: Scene) ->
     assert running.go().state is State.STANDING
     assert running.last.reason == f"its heartbeat has been {running.beat} for 510 ms"
     assert running.go(1000).state is State.STANDING
-    running.beats, running.area = True, _QUIET
+    running.beats, running.area = True, _NOT_REQUESTING
     assert running.go().state is State.CLEARING
     assert running.until_run() == 20, "200 ms after the first beat"
 
@@ -240,7 +240,7 @@ def test_a_slow_heartbeat_is_one(running: Scene) -> None:
 def test_without_a_heartbeat_the_word_is_not_looked_at() -> None:
     scene = Scene(beats=False, limits=Limits(_LIMITS.gap_us, 0, _LIMITS.hold_us))
     assert scene.until_run() == 22
-    scene.area = _ASKS
+    scene.area = _REQUESTING
     assert scene.go(10_000).state is State.RUN
 
 
@@ -258,7 +258,7 @@ def test_two_readings_too_far_apart_are_the_loss_of_the_plc(running: Scene) -> N
     assert running.go(after_us=100 * _MS).state is State.RUN
     assert running.go(after_us=100 * _MS + 1).state is State.NO_PLC
     assert running.last.reason == "100.001 ms between two readings; limit 100 ms"
-    running.area = _QUIET
+    running.area = _NOT_REQUESTING
     assert running.go().state is State.CLEARING
     running.until_run()
 
@@ -267,7 +267,7 @@ def test_the_gap_counts_from_the_question_before_to_this_answer(scene: Scene) ->
     scene.until_run()
     asked_us = scene.now_us
     scene.beat += 1
-    plc = PlcSeen(_QUIET, scene.beat, asked_us + 60 * _MS)
+    plc = PlcSeen(_NOT_REQUESTING, scene.beat, asked_us + 60 * _MS)
     actions = scene.bridge.step(asked_us + 101 * _MS, plc, _ANSWERS)
     assert actions.state is State.NO_PLC
 

@@ -29,22 +29,22 @@ class Room(PlcLink):
     words: list[int] = field(default_factory=lambda: [0] * 25)
 
     def clock(self) -> int:
-        """The room's time [us]."""
+        """Return the room's time [us]."""
         return self.now_us
 
     def connect(self) -> None:
-        """There is a connection from now on."""
+        """Connect this side."""
         self._do("connect")
         self.connected = True
 
     def read(self) -> tuple[int, ...]:
-        """The words, with the next heartbeat."""
+        """Return the words with the next heartbeat."""
         self._do("read")
         self.words[24] += 1
         return tuple(self.words)
 
     def write(self, words: Sequence[int]) -> None:
-        """Noted."""
+        """Note the call."""
         self._do("write", tuple(words))
 
     def _do(self, what: str, value: object = None) -> None:
@@ -55,7 +55,7 @@ class Room(PlcLink):
             raise PlcError(f"{what} failed")
 
     def names(self) -> list[str]:
-        """What has been done since the last look."""
+        """Return what has been done since the last call."""
         names = [name for name, _ in self.done]
         self.done.clear()
         return names
@@ -71,11 +71,11 @@ class Robot(RobotLink):
         self.image = b""
 
     def read(self) -> bytes | Lost:
-        """Its area, while it is there."""
+        """Return the area, or Lost if the robot is not connected."""
         return _ANSWERS if self.there else Lost("cut")
 
     def write(self, image: bytes, valid_us: int | None) -> None:
-        """Noted."""
+        """Note the call."""
         self.room.done.append(("robot", image))
         self.image, self.valid_us = image, valid_us
 
@@ -105,7 +105,7 @@ def loop(room: Room, robot: Robot, news: list[tuple[State, str]]) -> Loop:
 
 
 def run(loop: Loop, room: Room) -> None:
-    """Exchanges until it runs."""
+    """Exchange until the bridge runs."""
     for _ in range(100):
         room.now_us += 6_000
         if loop.turn().state is State.RUN:
@@ -132,7 +132,7 @@ def test_the_plcs_words_and_its_life_word_go_in_one_writing(loop: Loop, room: Ro
 def test_the_plcs_words_are_sent_for_a_limited_time_zeros_for_ever(
     loop: Loop, room: Room, robot: Robot
 ) -> None:
-    """A bridge whose process stands still must not keep the robot going."""
+    """A bridge process that hangs must not keep the robot moving."""
     loop.turn()
     assert robot.valid_us is None
     run(loop, room)
@@ -220,7 +220,7 @@ def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room:
 
 
 def test_figures_are_of_the_exchanges_that_succeeded(loop: Loop, room: Room) -> None:
-    """Reading and writing take 2 ms each; 10 ms from one to the next."""
+    """Reading and writing take 2 ms each; 10 ms pass from one exchange to the next."""
     run(loop, room)
     for _ in range(20):
         room.now_us += 6_000

@@ -33,7 +33,7 @@ class OpenPlc:
         self._to = {k: words[f"%QW{k}"] for k in range(25)}
 
     def scan(self, now_us: int, holds: dict[int, int]) -> None:
-        """One scan between two Modbus requests."""
+        """Run one scan between two Modbus requests."""
         for k, path in self._from.items():
             self.program.write(path, holds.get(_FIRST_MEMORY + k, 0))
         self.program.scan(now_us)
@@ -42,7 +42,7 @@ class OpenPlc:
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[tuple[Program, object]]:
-    """The example and its state before the first scan."""
+    """Return the example and its state before the first scan."""
     program = build(source_files(sorted(_EXAMPLE.glob("*.st")), None).all, "builtin").program
     yield program, program.snapshot()
     program.close()
@@ -65,7 +65,7 @@ def bench(plc: OpenPlc) -> Iterator[BridgeBench]:
 
 
 def power_up(bench: BridgeBench, plc: OpenPlc) -> None:
-    """Press the button; go on when the servos are on and SI(01) is withdrawn again."""
+    """Press the button, and wait until the servos are on and SI(01) is withdrawn."""
     plc.program.write("Main.Start", True)
     bench.step(5)
     plc.program.write("Main.Start", False)
@@ -151,7 +151,7 @@ def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
 
 @pytest.mark.exhaustive
 def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) -> None:
-    """Its Modbus server goes on answering with the last words."""
+    """The program's Modbus server continues to answer with the last words."""
     power_up(bench, plc)
     program = plc.program
     plc.scan = lambda now_us, holds: None  # type: ignore[method-assign]

@@ -23,7 +23,7 @@ def server() -> Iterator[ModbusPlc]:
 
 @pytest.fixture
 def plc(server: ModbusPlc) -> ModbusPlc:
-    """The server with nothing in its registers."""
+    """Return the server with empty registers."""
     server.holds.clear()
     server.requests.clear()
     server.refuses, server.deaf = None, False
@@ -32,7 +32,7 @@ def plc(server: ModbusPlc) -> ModbusPlc:
 
 @pytest.fixture
 def link_to(plc: ModbusPlc) -> Iterator[Callable[..., PlcLink]]:
-    """Makes connected links that are closed after the test."""
+    """Return a function that makes connected links, which are closed after the test."""
     links: list[PlcLink] = []
 
     def make(*registers: int, unit: int = 1, timeout_s: float = _LONG_S) -> PlcLink:
@@ -103,7 +103,7 @@ def test_another_unit_is_refused_by_a_plc_that_looks_at_it(link_to: Callable[...
 def test_an_answer_that_is_late_ends_the_connection(
     plc: ModbusPlc, link_to: Callable[..., PlcLink]
 ) -> None:
-    """It must not be taken for the answer to the next request."""
+    """A late answer must not be used for the next request."""
     link = link_to(timeout_s=_SHORT_S)
     plc.deaf = True
     with pytest.raises(PlcError, match="holding registers 0 to 24: no answer within 50 ms"):

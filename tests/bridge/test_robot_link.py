@@ -17,7 +17,7 @@ from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.enip.target.adapter import Adapter
 from structured_text.errors import InputError
 
-_LOOKS = 60_000
+_MOST_POLLS = 60_000
 
 
 class Network:
@@ -28,7 +28,7 @@ class Network:
         self.link = RobotLink("robot", 48, self.connect)
 
     def connect(self) -> FakeScanner:
-        """The next one; without one there is no robot."""
+        """Return the next scanner; if none is left, no robot answers."""
         if not self.scanners:
             raise EnipError("nobody there")
         return self.scanners.pop(0)
@@ -111,7 +111,7 @@ def link(adapter: Adapter) -> Iterator[RobotLink]:
 def until(what: Callable[[], bool]) -> None:
     """Look until something is so."""
     pause = threading.Event()
-    for _ in range(_LOOKS):
+    for _ in range(_MOST_POLLS):
         if what():
             return
         pause.wait(0.001)
@@ -119,7 +119,7 @@ def until(what: Callable[[], bool]) -> None:
 
 
 def received(link: RobotLink) -> int:
-    """Packets that have come from the adapter."""
+    """Return the packets that have come from the adapter."""
     look = link.look()
     return look[0].received if look else 0
 
@@ -134,9 +134,9 @@ def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) 
 
 @pytest.mark.exhaustive
 def test_expired_words_are_not_sent_until_new_words_come(adapter: Adapter, link: RobotLink) -> None:
-    """Who has stopped writing must not keep the robot going.
+    """A PLC that has stopped writing must not keep the robot moving.
 
-    Twenty packets of the robot have come meanwhile, as many as would have gone the other way.
+    In the meantime twenty packets arrive from the robot, as many as would have been sent.
     """
     link.opener.open()
     until(lambda: adapter.shared.owner is OwnerState.RUN)

@@ -10,7 +10,7 @@ Seen = list[tuple[int, str]]
 
 
 def noted(seen: Seen, name: str) -> Action:
-    """An event that notes its time."""
+    """Return an event that notes its time."""
     return lambda now_us: seen.append((now_us, name))
 
 
@@ -22,7 +22,7 @@ def take(agenda: Agenda, count: int) -> None:
 
 
 def test_repeated_and_single_events_keep_their_order() -> None:
-    """At equal times the order is that of Kind.
+    """Events at equal times are in the order of Kind.
 
     Source: rcx_harness.cell.clock, first paragraph.
     """
@@ -55,7 +55,7 @@ def test_each_kind_of_event_is_over_before_the_next() -> None:
 
 
 def test_another_period_counts_from_the_next_event_on() -> None:
-    """What is already due keeps its time.
+    """An event that is already due keeps its time.
 
     Source: Agenda.periods.
     """

@@ -60,7 +60,7 @@ def _cell(program: Program, random: Random, seed: int, trace: Path | None = None
 
 
 def _flip(cell: Cell, random: Random) -> None:
-    """One scan's worth of a program that nobody would write."""
+    """Change inputs at random, as an arbitrary program could do in one scan."""
     for path in [f"Main.{block}.Execute" for block in BLOCKS]:
         if random.random() < 0.05:
             cell[path] = not cell[path]

@@ -22,7 +22,7 @@ def _build(repository: Path, folder: Path, **options: Any) -> Cell:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
-    """The same cell for all tests, since no refused call changes it."""
+    """Return the same cell for all tests; a refused call does not change it."""
     with _build(Path(__file__).parents[2], tmp_path_factory.mktemp("lib")) as made:
         yield made
 

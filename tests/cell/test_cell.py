@@ -14,7 +14,7 @@ AT_ONCE = RobotConfig(boot_time=0.0)
 
 
 def test_scans_cycles_and_packets_share_one_virtual_time(raw_cell: Build) -> None:
-    """One second: 100 scans of 10 ms and 200 controller cycles of 5 ms.
+    """One second contains 100 scans of 10 ms and 200 controller cycles of 5 ms.
 
     Source: manual chapter 1, 2 (5 ms cycle).
     """

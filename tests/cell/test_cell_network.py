@@ -63,7 +63,7 @@ def test_the_plc_is_connected_as_long_as_packets_come() -> None:
 
 
 def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> None:
-    """The adapter knows nothing of the old connection; the scanner opens one after its time-out.
+    """The adapter forgets the old connection; the scanner opens a new one after its time-out.
 
     Source: manual chapter 1, 5.2: the connection must be restored from the normal state.
     """
@@ -90,7 +90,7 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
 
 
 def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_older_one() -> None:
-    """The order is kept in each direction, whatever delays a packet under way.
+    """The order is preserved in each direction, whatever delays a packet.
 
     Source: Timing.jitter_us.
     """

@@ -113,7 +113,10 @@ def test_lines_and_branches_are_counted(
 
 
 def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> None:
-    """Line 3 is the branch that was not taken; line 5 is the other one, which has no line."""
+    """Line 3 has the branch that was not taken.
+
+    Line 5 has the other branch, without a line of its own.
+    """
     text = "IF SI(20)=1 THEN\nSGI0=0\nSGI0=1\nENDIF\nIF SI(20)=0 THEN\nSGI0=2\nENDIF\nSGI0=3"
     result = _result(tmp_path, text)
     assert missing(result) == "2-3; branches 5"
@@ -127,7 +130,7 @@ def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> Non
 
 
 def test_a_reason_takes_lines_out(tmp_path: Path) -> None:
-    """On the line, or in a line of its own before it."""
+    """The reason is on the line, or in a line of its own before it."""
     text = "END\nSGI0=1 ' unreachable: for later\n' unreachable: by hand only\n\nSGI0=2\nSGI0=3"
     result = _result(tmp_path, text)
     reasons = {item.line: item.reason for item in result.statements}

@@ -34,8 +34,8 @@ END_VAR
 OutputArea[45] := InputArea[45];
 END_PROGRAM
 """
-#: Nothing that this computer does meanwhile is a loss of the link.
-_PATIENT = "5s"
+#: Time-outs so long that other work of this computer cannot cause a loss of the link.
+_LONG_TIMEOUT = "5s"
 _WITHIN = "60s"
 
 
@@ -71,18 +71,18 @@ def told() -> Told:
 
 @pytest.fixture
 def far(build_cell: Build, adapter: Adapter, program: Path, told: Told) -> Build:
-    """Builds cells of the program that are connected to the adapter."""
+    """Return a function that builds cells of the program, connected to the adapter."""
     host, port = adapter.address
 
     def build(**options: object) -> Cell:
-        given = {"rpi": "10ms", "timeout": _PATIENT} | options
+        given = {"rpi": "10ms", "timeout": _LONG_TIMEOUT} | options
         return build_cell(program, connect=Elsewhere(host, port, tell=told), **given)
 
     return build
 
 
 def _echoes(cell: Cell, adapter: Adapter, value: int) -> None:
-    """The byte goes from the controller into the program and back."""
+    """Send a byte from the controller into the program and back."""
     adapter.write_to_master(bytes(45) + bytes([value]) + bytes(2))
     cell.run_until(lambda: cell["Main.InputArea"][45] == value, within=_WITHIN)
     cell.run_until(lambda: adapter.read_to_robot()[45] == value, within=_WITHIN)
@@ -91,7 +91,10 @@ def _echoes(cell: Cell, adapter: Adapter, value: int) -> None:
 def test_the_program_reads_and_writes_the_controllers_areas(
     far: Build, adapter: Adapter, told: Told, tmp_path: Path
 ) -> None:
-    """Nothing is simulated: the trace has the PLC's scans alone, judged as in every run."""
+    """The controller is not simulated.
+
+    The trace contains only the PLC's scans, and the monitors check them as in every run.
+    """
     trace = tmp_path / "trace.jsonl"
     cell = far(trace=trace)
     assert not cell["Main.Connected"]
@@ -127,7 +130,7 @@ def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> No
 
 
 def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
-    """What the controller assumes of SI(00) and SI(06) without a master, whatever was asked for.
+    """Without a master, the controller uses its own assumption for SI(00) and SI(06).
 
     Source: manual chapter 1, 5.2
     """

@@ -27,7 +27,7 @@ END_PROGRAM
 
 @pytest.fixture
 def program(tmp_path: Path) -> Path:
-    """A program that counts, remembers in an array and in a timer, and divides."""
+    """Return a program that counts, stores values in an array and in a timer, and divides."""
     file = tmp_path / "Main.st"
     file.write_text(_TEXT.format(first=1), encoding="utf-8")
     return file

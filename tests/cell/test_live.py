@@ -21,7 +21,7 @@ Build = Callable[..., Cell]
 Captured = pytest.CaptureFixture[str]
 
 DEMO = ("plc", "examples", "01_power_up")
-#: Longest silence that is no loss of the link; other work on this computer must not break it.
+#: Longest silence without a loss of the link; other work of this computer must not cause one.
 PATIENT = "5s"
 
 
@@ -33,12 +33,12 @@ class Clock:
         self.slept: list[float] = []
 
     def sleep(self, seconds: float) -> None:
-        """Sleep exactly so long."""
+        """Sleep for exactly this time."""
         self.slept.append(seconds)
         self.now_us += round(seconds * 1e6)
 
     def late(self, us: int) -> None:
-        """Other work holds the computer up."""
+        """Let other work delay the computer."""
         self.now_us += us
 
 
@@ -49,7 +49,7 @@ def clock() -> Clock:
 
 @pytest.fixture
 def agenda(clock: Clock) -> RealTimeAgenda:
-    """Something every 10 ms from 0 on."""
+    """Return an agenda with an event every 10 ms from 0 on."""
     made = RealTimeAgenda(lambda: clock.now_us, clock.sleep)
     for number in range(10):
         made.add(10_000 * number, Kind.SCAN, lambda now_us: None)
@@ -85,7 +85,7 @@ def test_a_standstill_causes_no_burst(agenda: RealTimeAgenda, clock: Clock) -> N
 
 @pytest.fixture
 def links(monkeypatch: pytest.MonkeyPatch) -> list[RealTimeLink]:
-    """The links that are made."""
+    """Return a list of the links that are made during the test."""
     made: list[RealTimeLink] = []
 
     class Recorded(RealTimeLink):
@@ -99,7 +99,7 @@ def links(monkeypatch: pytest.MonkeyPatch) -> list[RealTimeLink]:
 
 @pytest.fixture
 def cell(build_cell: Build, repository: Path) -> Cell:
-    """The demo's program and robot, the cell closed; the link is lost after 128 times 5 ms."""
+    """Return the demo's cell. The link is lost after 128 times 5 ms without a packet."""
     demo = repository.joinpath(*DEMO)
     cell = build_cell(
         demo, robot=demo / "robot.toml", link="enip-realtime", rpi="5ms", timeout="640ms"
@@ -141,7 +141,7 @@ def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
 def test_the_command_line_runs_it_for_a_given_time(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """As many scans and cycles as in lock-step; the run may only take longer."""
+    """The run has as many scans and cycles as in lock-step; it may only take longer."""
     demo, trace = repository.joinpath(*DEMO), tmp_path / "trace.jsonl"
     options = ["--link", "enip", "--realtime", "--for", "200ms", "--trace", str(trace)]
     assert main(["run", str(demo), "--engine", "builtin", *options]) == 0
@@ -151,7 +151,7 @@ def test_the_command_line_runs_it_for_a_given_time(
 
 
 def rises(areas: list[tuple[bytes, bytes]]) -> list[str]:
-    """Chosen dedicated bits in the order of their rising edges.
+    """Return chosen dedicated bits in the order of their rising edges.
 
     Args:
         areas: The controller's outputs and inputs, one pair after the other.
@@ -169,7 +169,7 @@ def rises(areas: list[tuple[bytes, bytes]]) -> list[str]:
 
 
 def dedicated(area: bytes) -> int:
-    """Bytes 32 and 33; 0 without a connection."""
+    """Return bytes 32 and 33; 0 without a connection."""
     return int.from_bytes(area[32:34], "little")
 
 

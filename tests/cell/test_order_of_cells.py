@@ -83,7 +83,7 @@ def _has_variables_set(cell: Cell) -> None:
     _starts(cell)
 
 
-_ACTS: dict[str, Callable[[Cell], None]] = {
+_ACTIONS: dict[str, Callable[[Cell], None]] = {
     act.__name__: act
     for act in (
         *(_starts, _waits, _loses_its_link, _loses_its_power, _has_other_points),
@@ -94,25 +94,25 @@ _ACTS: dict[str, Callable[[Cell], None]] = {
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program and the robot that `rcx new` writes."""
+    """Return the folder with the program and the robot that `rcx new` writes."""
     folder = tmp_path_factory.mktemp("rcx") / "cell"
     new_project(folder)
     return folder
 
 
 def _run(project: Path, act: str, engine: str) -> tuple[object, ...]:
-    """All that can be seen of a run."""
+    """Return everything that can be observed of a run."""
     with Cell.build(
         sorted(project.glob("plc/*.st")), robot=project / "robot.toml", engine=engine,
         watch=_WATCH, positions="pulses",
     ) as cell:  # fmt: skip
-        _ACTS[act](cell)
+        _ACTIONS[act](cell)
         every = {path: cell[path] for path, _ in cell.program.walk()}
         return list(cell.trace), list(cell.violations), dict(cell.robot.points), every
 
 
 def _alone(project: Path, act: str, engine: str) -> str:
-    """The same in a process of its own."""
+    """Return the same result from a process of its own."""
     here = Path(__file__)
     code = (
         f"import sys; sys.path.insert(0, {os.fspath(here.parent)!r}); "
@@ -127,8 +127,8 @@ def _alone(project: Path, act: str, engine: str) -> str:
 
 
 def _orders() -> list[Sequence[str]]:
-    """In reverse, and at random."""
-    return [list(reversed(_ACTS)), random.Random(1).sample(list(_ACTS), len(_ACTS))]
+    """Return the reverse order and a random order."""
+    return [list(reversed(_ACTIONS)), random.Random(1).sample(list(_ACTIONS), len(_ACTIONS))]
 
 
 @pytest.mark.exhaustive
@@ -137,8 +137,8 @@ def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) ->
     """Source: docs/how-to/testing.md: `cell` is new for every test."""
     if engine != "builtin" and (missing := why_not(engine)):
         pytest.skip(missing)
-    first = {act: _run(project, act, engine) for act in _ACTS}
-    assert len(set(map(repr, first.values()))) == len(_ACTS), "each act leaves traces of its own"
+    first = {act: _run(project, act, engine) for act in _ACTIONS}
+    assert len(set(map(repr, first.values()))) == len(_ACTIONS), "each act leaves traces of its own"
     for order in _orders():
         for act in order:
             assert _run(project, act, engine) == first[act], (

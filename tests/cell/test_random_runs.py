@@ -34,7 +34,7 @@ class Compiled(NamedTuple):
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[Compiled]:
-    """The demo's program, compiled once."""
+    """Return the demo's program, compiled once."""
     demo = Path(__file__).resolve().parents[2] / "plc" / "examples" / "01_power_up"
     program = build(source_files(sorted(demo.glob("*.st"))).all).program
     program.write("Main.CellSafe", True)
@@ -43,7 +43,7 @@ def compiled() -> Iterator[Compiled]:
 
 
 def drawn_robot(random: Random) -> RobotConfig:
-    """A controller whose every answer takes a while that is drawn anew each time."""
+    """Return a controller that draws a new delay for every answer."""
 
     def delay(longest: float) -> tuple[float, float]:
         return 0.0, random.uniform(0.0, longest)
@@ -83,7 +83,7 @@ def draw(seed: int) -> Draw:
 
 
 def cell_of(compiled: Compiled, run: Draw, margin_ms: int | None = None) -> Cell:
-    """A cell as drawn, at the moment when Start is pressed; the margin is the library's."""
+    """Return a cell as drawn, when Start is pressed; the default margin is the library's."""
     timing = Timing.make(scan=f"{run.scan}ms", rpi=f"{run.rpi}ms", jitter=f"{run.jitter}ms",
                          phases="random", seed=run.seed)  # fmt: skip
     compiled.program.restore(compiled.initial)

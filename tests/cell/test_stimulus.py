@@ -25,7 +25,7 @@ def load(folder: Path, text: str) -> Stimulus:
 
 @pytest.fixture
 def schedule(cell: Cell, tmp_path: Path) -> Schedule:
-    """Schedules the entries of a text in the cell."""
+    """Return a function that schedules the entries of a text in the cell."""
     return lambda text: load(tmp_path, text).schedule(cell)
 
 
@@ -156,7 +156,7 @@ def test_given_bytes_are_part_of_a_snapshot(cell: Cell, schedule: Schedule) -> N
 
 
 def test_entries_after_the_end_are_reported(cell: Cell, tmp_path: Path) -> None:
-    """What is set at the very end is not done any more: a run ends before its last instant."""
+    """A run ends before its last instant, so an entry at the very end has no effect."""
     times = ("900ms", "1s", "50s")
     text = "".join(
         f'[[at]]\ntime = "{time}"\nset = {{ "Main.Data" = {number} }}\n'

@@ -38,7 +38,7 @@ _AT_THE_END = {"Main.Scans": "5", "Main.State": "W_RUN", "Main.Grid[1,0]": "0",
 
 @pytest.fixture
 def watched(build_cell: Build, tmp_path: Path) -> Build:
-    """Builds cells of the program of this file."""
+    """Return a function that builds cells of the program of this file."""
     program = Path(__file__).parent / "programs" / "Watched.st"
     (tmp_path / "no-library").mkdir()
 
@@ -184,7 +184,7 @@ def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: 
 
 
 def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
-    """Scans and Blink change in each scan, State in the third one."""
+    """Scans and Blink change in each scan, State in the third scan."""
     cell = watched("Main.Scans,Main.Blink,Main.State", robot=RobotConfig(boot_time=0.0))
     timeline = Timeline(cell.trace)
     cell.trace.listen(timeline.take)

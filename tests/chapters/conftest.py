@@ -19,7 +19,7 @@ Start = Callable[..., ChapterCell]
 
 @pytest.fixture(scope="session")
 def compiled() -> Iterator[tuple[Program, object]]:
-    """The program, and its state before the first scan."""
+    """Return the program and its state before the first scan."""
     files = source_files(Path(__file__).parent / "programs")
     program = build(files.all).program
     yield program, program.snapshot()
@@ -28,7 +28,7 @@ def compiled() -> Iterator[tuple[Program, object]]:
 
 @pytest.fixture
 def start(compiled: tuple[Program, object]) -> Iterator[Start]:
-    """Starts a cell; its arguments are RobotConfig's, and `plc_size`. One for each test.
+    """Return a function that starts one cell per test from fields of RobotConfig and `plc_size`.
 
     After the test no rule may have been broken: neither the manual's nor the blocks' contract.
     """

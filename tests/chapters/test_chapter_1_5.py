@@ -16,7 +16,7 @@ NO_LINK = 0x8001
 
 
 def _never_connected(start: Start, **config: object) -> ChapterCell:
-    """The cable is out from power-on on."""
+    """Return a cell whose cable was unplugged before power-on."""
     cell = start(**config)
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -24,7 +24,7 @@ def _never_connected(start: Start, **config: object) -> ChapterCell:
 
 
 def _lost(start: Start, **config: object) -> ChapterCell:
-    """A program is running, then the cable is pulled."""
+    """Return a cell whose cable was unplugged while a program ran."""
     cell = start(**config).program()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -32,7 +32,7 @@ def _lost(start: Start, **config: object) -> ChapterCell:
 
 
 def _restored(cell: ChapterCell, *events: str) -> ChapterCell:
-    """These events happen, then the cable is in again."""
+    """Inject these events, then plug the cable in again."""
     for event in (*events, "link_up"):
         cell.cell.inject(event)
     cell.run("1s")
@@ -49,7 +49,7 @@ def _read_version(cell: ChapterCell) -> int:
 
 
 def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """Also after a power cycle with the servos on. Source: manual chapter 1, 5."""
+    """This includes a power cycle with the servos on. Source: manual chapter 1, 5."""
     cell = start().settle()
     assert not cell.on("SO02")
     assert cell.execute("ServoOn") == 0
@@ -106,7 +106,7 @@ def test_with_a_connection_the_stop_signal_of_a_parallel_board_works_unless_disa
 
 
 def test_after_the_loss_of_the_connection_communication_is_disabled(start: Start) -> None:
-    """No command gets through, and the alarm says why: 12.552.
+    """Commands do not reach the controller, and the alarm is 12.552.
 
     Source: manual chapter 1, 5, 2; chapter 4, 4
     """
@@ -140,7 +140,10 @@ def test_after_the_loss_of_the_connection_si06_turns_off_in_the_controller(start
 
 
 def test_after_the_loss_of_the_connection_the_safety_connector_is_valid(start: Start) -> None:
-    """It keeps the emergency stop when the connection is back. Source: manual chapter 1, 5, 2."""
+    """The connector holds the emergency stop when the connection is back.
+
+    Source: manual chapter 1, 5, 2.
+    """
     cell = _restored(_lost(start), "emergency_stop")
     assert cell["Connected"] is True
     assert cell.robot.machine.si00
@@ -151,14 +154,14 @@ def test_after_the_loss_of_the_connection_the_safety_connector_is_valid(start: S
 def test_after_the_loss_of_the_connection_the_stop_of_a_parallel_board_works_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """It keeps the stop when the connection is back. Source: manual chapter 1, 5, 2."""
+    """The board holds the stop when the connection is back. Source: manual chapter 1, 5, 2."""
     cell = _restored(_lost(start, parallel_io=board), "parallel_stop")
     assert cell.robot.machine.si06
     assert cell.robot.machine.stopped is stops
 
 
 def test_after_its_loss_the_connection_must_be_restored_to_the_normal_state(start: Start) -> None:
-    """Until then nothing works; then SI(00), alarm reset and servo on bring the program back.
+    """Nothing works before that. Then SI(00), alarm reset and servo on restart the program.
 
     Source: manual chapter 1, 5, 2, first note
     """
@@ -199,7 +202,7 @@ def test_a_connection_error_at_power_on_may_come_from_a_wrong_ip_address(start: 
 
 
 def test_a_connection_error_at_power_on_may_come_from_a_faulty_master() -> None:
-    """No master at all sends anything. Source: manual chapter 1, 5, 3."""
+    """No master sends anything. Source: manual chapter 1, 5, 3."""
     master = Master()
     master.connected = False
     master.run(300)

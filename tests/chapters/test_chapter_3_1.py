@@ -66,7 +66,7 @@ def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_byte
 
 
 def test_the_controller_always_begins_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """With and without a connection. Source: manual chapter 3, 1."""
+    """The connection makes no difference. Source: manual chapter 3, 1."""
     cell = start()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -86,7 +86,7 @@ def test_correctly_connected_the_leds_show_the_normal_state(start: Start) -> Non
 
 
 def test_correctly_connected_the_host_must_turn_both_stop_signals_on(start: Start) -> None:
-    """As long as one of them is OFF the program does not start. Source: manual chapter 3, 1."""
+    """While one of them is OFF, the program does not start. Source: manual chapter 3, 1."""
     cell = start()
     cell["CellSafe"] = cell["StopReleased"] = False
     cell.run("500ms")
@@ -176,7 +176,7 @@ def test_incorrectly_connected_the_safety_connector_is_always_valid(start: Start
 def test_incorrectly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """It is there as soon as the connection is. Source: manual chapter 3, 1."""
+    """The stop is enabled as soon as the connection exists. Source: manual chapter 3, 1."""
     cell = start(parallel_io=board, parallel_stop=False)
     cell.cell.inject("link_down")
     cell.run("500ms")

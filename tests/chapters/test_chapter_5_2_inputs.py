@@ -19,7 +19,10 @@ def test_si00_off_puts_the_controller_into_the_emergency_stop_state(start: Start
 
 
 def test_si00_is_kept_on_during_normal_operation(start: Start) -> None:
-    """From power on to the running program it changes once. Source: manual chapter 5, 2, SI(00)."""
+    """From power on to the running program, SI(00) changes once.
+
+    Source: manual chapter 5, 2, SI(00).
+    """
     cell = start()
     assert cell.execute("PowerUp") == 0
     cell.from_now()
@@ -215,7 +218,10 @@ def test_a_robot_program_refers_to_the_value_of_an_si_port(start: Start) -> None
 
 
 def test_a_robot_program_waits_for_a_general_purpose_input(start: Start) -> None:
-    """It goes on with ON, as WAIT SI(20)=1 says. Source: manual chapter 5, 2, SI(20) to SI(157)."""
+    """The program continues when the input is ON, as WAIT SI(20)=1 says.
+
+    Source: manual chapter 5, 2, SI(20) to SI(157).
+    """
     cell = start(**steps_once("WAIT SI(20)=1", "SO(20)=1")).servo_on()
     assert cell.execute("AutoStart") == 0
     cell.run("1s")

@@ -27,7 +27,7 @@ def test_si14_returns_incremental_and_semi_absolute_axes(start: Start) -> None:
 
 
 def test_at_si14_incremental_axes_return_and_semi_absolute_axes_search(start: Start) -> None:
-    """After the return-to-origin an axis stands at 0, after the search where it was.
+    """After the return-to-origin an axis is at 0; after the search it is where it was before.
 
     Source: manual chapter 5, 2, SI(14)
     """
@@ -48,7 +48,7 @@ def test_si14_is_for_axes_with_the_sensor_or_stroke_end_method(start: Start, met
 
 
 def test_the_axes_that_si17_moves_depend_on_the_parameter_di17_mode(start: Start) -> None:
-    """Dedicated to absolute axes, or for absolute and incremental ones.
+    """SI(17) is dedicated to absolute axes, or applies to absolute and incremental axes.
 
     Source: manual chapter 5, 2, SI(17)
     """
@@ -111,7 +111,7 @@ def test_with_abs_nothing_moves_while_a_mark_axis_is_not_complete(start: Start) 
 def test_with_abs_org_si17_performs_the_return_of_the_axis_types_that_are_there(
     start: Start, axes: tuple[Axis, ...], positions: list[int]
 ) -> None:
-    """Only absolute ones; only the others, a semi-absolute one with its search; or all.
+    """Robots have only absolute axes, only other axes (a semi-absolute one searches), or all types.
 
     Source: manual chapter 5, 2, SI(17), ABS/ORG
     """
@@ -134,7 +134,7 @@ def test_with_abs_org_and_mixed_axes_the_absolute_ones_go_before_the_others(star
 
 
 def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
-    """One input for all axes, as on a robot whose controller was replaced: ABS/ORG.
+    """One input serves all axes (ABS/ORG), as on a robot whose controller was replaced.
 
     Source: manual chapter 5, 2, SI(17), first note
     """
@@ -153,7 +153,7 @@ def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(sta
 
 
 def test_with_mixed_axes_si17_and_si14_each_for_its_type_is_recommended(start: Start) -> None:
-    """Then the absolute axes do not move with the others.
+    """The absolute axes do not move with the others then.
 
     Source: manual chapter 5, 2, SI(17), last note
     """

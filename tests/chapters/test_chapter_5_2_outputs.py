@@ -12,7 +12,7 @@ Start = Callable[..., ChapterCell]
 
 
 def test_so00_is_on_in_the_emergency_stop_state(start: Start) -> None:
-    """Whatever has caused it. Source: manual chapter 5, 2, SO(00)."""
+    """The cause of the emergency stop does not matter. Source: manual chapter 5, 2, SO(00)."""
     cell = start().settle()
     assert not cell.on("SO00")
     cell["CellSafe"] = False
@@ -26,7 +26,7 @@ def test_so00_is_on_in_the_emergency_stop_state(start: Start) -> None:
 
 
 def test_so01_is_on_in_the_normal_state(start: Start) -> None:
-    """Not before the controller has booted. Source: manual chapter 5, 2, SO(01)."""
+    """SO(01) is OFF until the controller has booted. Source: manual chapter 5, 2, SO(01)."""
     cell = start(booted=False)
     cell.run("150ms")
     assert cell["Connected"] is False
@@ -141,7 +141,7 @@ def test_so14_goes_off_when_the_robot_program_starts(start: Start) -> None:
 
 
 def test_so15_is_on_when_there_is_a_warning(start: Start) -> None:
-    """A warning is no alarm. Source: manual chapter 5, 2, SO(15)."""
+    """A warning is not an alarm. Source: manual chapter 5, 2, SO(15)."""
     cell = start().settle()
     cell.cell.inject("warning")
     cell.cell.run_until(lambda: cell["Status.WarningRaised"] is True, within="100ms")

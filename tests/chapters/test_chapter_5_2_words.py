@@ -12,13 +12,13 @@ Start = Callable[..., ChapterCell]
 
 
 def _move_to_19(cell: ChapterCell) -> None:
-    """With 50 % of the speed."""
+    """Move to point 19 with 50 % of the speed."""
     cell["Command.Code"], cell["Data[1]"], cell["Data[3]"], cell["Data[4]"] = 1, 4, 50, 19
     assert cell.execute("Command") == 0
 
 
 def test_siw0_is_the_remote_command_area(start: Start) -> None:
-    """The code stands there, and the controller executes it.
+    """The word contains the code, and the controller executes it.
 
     Source: manual chapter 5, 2, SIW(0)
     """
@@ -30,7 +30,7 @@ def test_siw0_is_the_remote_command_area(start: Start) -> None:
 
 
 def test_siw1_is_the_command_data_area_of_the_remote_command(start: Start) -> None:
-    """It is 0 without a command. Source: manual chapter 5, 2, SIW(1)."""
+    """The word is 0 without a command. Source: manual chapter 5, 2, SIW(1)."""
     cell = start().servo_on()
     _move_to_19(cell)
     images = [one.rcx_si for one in cell.cell.trace.cycles() if one.rcx_si]
@@ -81,7 +81,7 @@ def test_siw2_to_siw15_are_the_command_data_area_of_a_remote_command(start: Star
 
 
 def test_sow0_and_sow1_are_for_status_and_response_of_remote_commands(start: Start) -> None:
-    """No robot program can write them. Source: manual chapter 5, 2, SOW(0) and SOW(1)."""
+    """Robot programs cannot write these words. Source: manual chapter 5, 2, SOW(0) and SOW(1)."""
     cell = start().settle()
     for name in ("SOW(0)", "SOW(1)", "SOD(0)"):
         with pytest.raises(Exception, match="no general-purpose word"):

@@ -27,7 +27,10 @@ def test_the_controller_begins_with_the_servos_off_after_power_on(start: Start) 
 
 
 def test_between_two_changes_of_dedicated_inputs_there_are_100_ms_or_more(start: Start) -> None:
-    """Of all that the blocks do, at the controller. Source: manual chapter 5, 3.1, caution."""
+    """The controller sees this distance between any two changes that the blocks make.
+
+    Source: manual chapter 5, 3.1, caution.
+    """
     cell = start().program()
     assert cell.execute("ProgramStop") == 0
     assert cell.execute("ProgramContinue") == 0
@@ -181,7 +184,7 @@ def test_from_the_emergency_stop_state_each_input_goes_off_after_its_output_is_c
 
 
 def test_auto_mode_needs_the_auto_input_on_and_the_manual_lock_off(start: Start) -> None:
-    """One of the two alone changes nothing; then SO(10) is ON.
+    """One of the two alone has no effect; with both, SO(10) is ON.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
     """
@@ -198,7 +201,7 @@ def test_auto_mode_needs_the_auto_input_on_and_the_manual_lock_off(start: Start)
 
 
 def test_after_the_changeover_the_programming_box_has_no_authority(start: Start) -> None:
-    """Before that, the dedicated inputs start nothing, although SO(10) is ON.
+    """Before the changeover the dedicated inputs start nothing, although SO(10) is ON.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
     """
@@ -255,7 +258,7 @@ def test_auto_start_goes_off_after_the_running_output_is_confirmed(start: Start)
 def test_the_program_cannot_be_executed_if_emergency_stop_or_stop_input_is_off(
     start: Start, emergency: bool, stop: bool, error: int
 ) -> None:
-    """Either of them is enough; the block refuses, and so does the controller.
+    """One of them is enough; the block and the controller both refuse.
 
     Source: manual chapter 5, 3.2, note
     """

@@ -75,7 +75,7 @@ SENTENCES = {
 
 
 def _sections() -> Counter[str]:
-    """How many tests of this folder name each section."""
+    """Return how many tests of this folder name each section."""
     found: Counter[str] = Counter()
     for file in Path(__file__).parent.glob("test_chapter_*.py"):
         for node in ast.parse(file.read_text(encoding="utf-8")).body:

@@ -31,13 +31,13 @@ _RUN = ("--robot", "cell/robot.toml", "--stimulus", "cell/stimulus.toml", "--for
 
 @pytest.fixture(scope="module")
 def windows(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """The environment of such processes."""
+    """Return the environment of a process that behaves as on Windows."""
     return as_windows(tmp_path_factory.mktemp("windows"))
 
 
 @pytest.fixture
 def rcx(tmp_path: Path, windows: dict[str, str]) -> Rcx:
-    """Runs a command to its end, which is the exit code 0."""
+    """Return a function that runs a command to its end, with exit code 0."""
 
     def call(*arguments: str) -> subprocess.CompletedProcess[str]:
         done = subprocess.run([sys.executable, "-m", "rcx_harness", *arguments], cwd=tmp_path,
@@ -65,7 +65,7 @@ def test_a_new_project_passes_its_tests(rcx: Rcx, tmp_path: Path, windows: dict[
 def test_a_run_is_the_same_byte_for_byte_and_its_chart_is_of_ascii(
     rcx: Rcx, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, engine: str
 ) -> None:
-    """With matiec a library is loaded, whose file stays until it is unloaded."""
+    """With matiec a library is loaded; its file remains until it is unloaded."""
     if missing := why_not(engine):
         pytest.skip(missing)
     monkeypatch.chdir(tmp_path)

@@ -24,7 +24,7 @@ _LOOP = "Too many levels of symbolic links"
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder: `loop` is a link that leads to itself by way of another."""
+    """Return the current folder; it contains `loop`, a link that leads back to itself."""
     monkeypatch.chdir(tmp_path)
     os.symlink("there", "loop")
     os.symlink("loop", "there")
@@ -110,7 +110,7 @@ def test_a_link_in_a_loop_is_not_replaced(here: Path, capsys: Captured, words: l
 def test_an_unwritable_place_is_reported_with_the_reason(
     here: Path, capsys: Captured, words: list[str], where: str, place: str, reason: str
 ) -> None:
-    """Standard output is none of the reasons.
+    """Standard output is not among the reasons.
 
     Source: open(2), ENOTDIR, ENAMETOOLONG; proc(5) takes no new files.
     """

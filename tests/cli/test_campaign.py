@@ -297,7 +297,7 @@ def test_a_sweep_names_the_moments_of_no_recovery(here: Path, capsys: Captured) 
     (one,) = told["classes"]
     assert (one["inject"], one["kind"]) == ("link_down", "recovery")
     # A loss is seen 100 ms after the last packet. One that begins behind scan 30 is seen at 400 ms,
-    # in the scan in which Go comes: it never ran. The next one finds it running.
+    # in the scan in which Go comes: it never ran. The next run finds it running.
     assert one["scans"] == [[35, 95]]
     command = _replays(said)[0]
     assert main(command.split()[1:]) == 1

@@ -18,7 +18,7 @@ Captured = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A controller whose servos take 80 ms, and whose version is another."""
+    """Return a trace of a controller with 80 ms servo delay and a different version."""
     master = RecordedMaster(servo_on_delay=80.0, host_version=0x0112)
     short_run(master)
     path = tmp_path_factory.mktemp("recorded") / "cell.jsonl"

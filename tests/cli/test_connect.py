@@ -184,28 +184,28 @@ class SilentScanner:
     why = ""
 
     def __init__(self, *_: object, **__: object) -> None:
-        """There is a controller."""
+        """Accept all arguments: a controller is present."""
 
     def open(self) -> None:
-        """It agrees."""
+        """Succeed: the controller accepts the connection."""
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
-        """What is sent goes nowhere."""
+        """Discard the image."""
 
     def read(self) -> Received:
-        """Nothing has come."""
+        """Return an empty image, without a connection."""
         return Received(bytes(48), None, connected=False)
 
     def drops(self) -> str:
-        """Why packets were dropped."""
+        """Return the reasons why packets were dropped."""
         return self.why
 
     def statistics(self) -> ScannerStatistics:
-        """All 0."""
+        """Return statistics that are all 0."""
         return ScannerStatistics(0, 0, 0, 0, 0, 0, 0, 0)
 
     def close(self) -> None:
-        """It ends."""
+        """Do nothing."""
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,7 @@ _COMMAND = "import sys; from rcx_harness.cli.start import main; sys.exit(main())
 @_NOT_ON_WINDOWS
 @pytest.mark.parametrize("closed", [(1,), (0, 1, 2)])
 def test_a_command_works_with_closed_streams(tmp_path: Path, closed: tuple[int, ...]) -> None:
-    """What is printed goes nowhere: not into a file that is opened later.
+    """The output is discarded; it does not go into a file that is opened later.
 
     Source: open(2): the lowest number that is free.
     """
@@ -49,7 +49,7 @@ def test_a_command_works_with_closed_streams(tmp_path: Path, closed: tuple[int, 
 
 @_NOT_ON_WINDOWS
 def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code() -> None:
-    """Python prints to standard output what goes to a standard error that is None.
+    """If standard error is None, Python prints its messages to standard output.
 
     Source: the documentation of print.
     """
@@ -60,7 +60,7 @@ def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code(
 @_NOT_ON_WINDOWS
 @pytest.mark.parametrize("words", [("run", "--help"), ("eds",), ("encode", "MovePtp")])
 def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) -> None:
-    """With 1 a check would have found something.
+    """Exit code 1 would mean that a check has found something.
 
     Source: what a shell gives for a process that SIGPIPE has ended: 128 + 13.
     """
@@ -92,7 +92,7 @@ sys.exit(main())
 @_NOT_ON_WINDOWS
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
 def test_sigterm_leaves_no_temporary_folder(repository: Path, tmp_path: Path) -> None:
-    """A campaign has a copy of the program in one.
+    """A campaign has a copy of the program in a temporary folder.
 
     Source: signal(7); shells give 128 and the number of the signal.
     """
@@ -161,7 +161,7 @@ def test_the_traceback_is_shown_if_no_file_can_be_made(
 
 
 def test_little_is_imported_before_ctrl_c_is_heard() -> None:
-    """What is imported before `main` begins shows its lines when Ctrl-C comes."""
+    """A Ctrl-C during an import before `main` would show a traceback."""
     code = "import sys; before = set(sys.modules); import rcx_harness.cli.start; "
     done = _ended(f"{code}print(*sorted(set(sys.modules) - before - {{'gc', '__future__'}}))")
     assert done.stdout.split() == ["rcx_harness", "rcx_harness.cli", "rcx_harness.cli.start"]

@@ -75,7 +75,7 @@ def _written(folder: Path, text: str) -> str:
 
 
 def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> None:
-    """By hand: the state before the first scan, and each of Button with 0, 1, 2 after one."""
+    """By hand: the initial state, and after one scan one state for each value of Button, 0 to 2."""
     file = _written(folder, _COUNT)
     assert main(["explore", file, "--input", "Main.Button", "--faults", "none"]) == 0
     said = capsys.readouterr().out
@@ -269,7 +269,7 @@ def test_a_program_that_stops_is_reported_with_its_line(folder: Path, capsys: Ca
     ],
 )  # fmt: skip
 def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body: str) -> None:
-    """One scan of each state is repeated with anything in what the state leaves out."""
+    """One scan of each state is repeated with arbitrary values for what the state omits."""
     file = _written(folder, _ROBOT.format(variables=variables, body=body))
     inputs: dict[str, list[str]] = {"Main.Go": [], "Main.Back": []}
     found = explore(source_files(file), Settings(inputs=inputs, states=250)).result
@@ -280,7 +280,7 @@ def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body
 
 @pytest.fixture
 def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The numbers of the items that go to the workers, which begin at once."""
+    """Return a list of the numbers of the items that go to the workers."""
     numbers: list[int] = []
     give = LocalCrew.give
 

@@ -27,13 +27,13 @@ class Options(FarmOptions):
 
 @pytest.fixture
 def given() -> list[Options]:
-    """What the command was given."""
+    """Return a list for the options with which the command is called."""
     return []
 
 
 @pytest.fixture
 def app(given: list[Options]) -> typer.Typer:
-    """A command with these options."""
+    """Return a command with these options."""
     made = typer.Typer(add_completion=False)
 
     @made.command()

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(
 
 #: Each Python runs this first. The process that runs the module WHO presses Ctrl-C, which reaches
 #: the whole group of the command, when it looks for the module WHERE, at `-` for its own, at `.`
-#: before it says its first line. A child of the command goes on when that has closed the pipe.
+#: before it says its first line. A child of the command continues after the pipe is closed.
 _HOOK = """
 import os, select, signal, sys
 who, where = os.environ["WHO"], os.environ["WHERE"]
@@ -51,7 +51,7 @@ _CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a copy has the othe
 
 
 def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple[int, str]:
-    """Exit code and what is said on stderr, by the command and all it has started.
+    """Return the exit code and stderr of the command and all that it has started.
 
     A slow machine says besides that it is compiling.
     """

@@ -18,7 +18,7 @@ Captured = pytest.CaptureFixture[str]
 
 
 def _story(*, good: bool) -> Story:
-    """SI(00) ON at 200 ms, SI(06) 150 or 50 ms later; the controller is in AUTO mode."""
+    """Return a story with SI(00) ON at 200 ms, SI(06) 150 or 50 ms later, in AUTO mode."""
     story = Story()
     story.open(0)
     for k in range(1, 51):
@@ -58,7 +58,7 @@ def test_a_broken_rule_ends_with_1_and_is_named_at_its_time(bad: Path, capsys: C
 
 
 def test_chart_and_trace_are_written(bad: Path, tmp_path: Path, capsys: Captured) -> None:
-    """The trace is one of `rcx run`'s format, and judged it says the same."""
+    """The trace has the format of `rcx run`, and judging it gives the same result."""
     chart, trace = tmp_path / "chart.svg", tmp_path / "trace.jsonl"
     outputs = ["--chart", str(chart), "--trace", str(trace), "--show"]
     assert main(["judge", str(bad), *outputs]) == 1
@@ -98,7 +98,7 @@ def test_a_trace_of_a_run_is_judged_as_it_was(
 def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
     tmp_path: Path, capsys: Captured, by: str, found: int
 ) -> None:
-    """SI(01) and SI(06) change in one cycle, in which the controller alone was watched."""
+    """SI(01) and SI(06) change in one cycle, in which only the controller was watched."""
     so = area(dedicated=0x0112)
     every: list[Cycle | Scan] = []
     for number, bits in enumerate((0x01, 0x01, 0x43)):

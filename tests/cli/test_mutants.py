@@ -136,7 +136,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
     assert _found() == first
     capsys.readouterr()
 
-    # Another test: what has survived is tried again, and what was found is not.
+    # With a new test, survivors are tried again; mutants that were found are not.
     (project / "tests" / "test_key.py").write_text(_KEY, encoding="utf-8")
     assert main(command) == 1
     assert (7, "Green := Button;") not in _survivors()

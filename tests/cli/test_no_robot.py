@@ -24,7 +24,7 @@ END_PROGRAM
 
 @pytest.fixture
 def motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """A program without areas, in the folder where the command runs."""
+    """Write a program without areas into the current folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RCX_MATIEC", raising=False)
     (tmp_path / "motor.st").write_text(_MOTOR, encoding="utf-8")

@@ -32,7 +32,7 @@ def _run(repository: Path, tmp_path: Path, *options: str) -> list[str]:
 
 
 def _limit() -> None:
-    """Limit each file to 1,000 bytes, which stands for the full disk."""
+    """Limit each file to 1,000 bytes, which simulates a full disk."""
     resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, 1_000))
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
@@ -112,7 +112,7 @@ def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) 
 
 
 def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder stands in its place by now; a network drive tells at the end that it is full."""
+    """The path is a folder by now, or a network drive reports at close that it is full."""
     place = tmp_path / "a"
     place.write_text("old")
     file = OutputFile(place)
@@ -139,7 +139,7 @@ def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
-    """As `--trace /dev/stdout`; here a pipe."""
+    """`--trace /dev/stdout` is such a case; the test uses a pipe."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -273,7 +273,7 @@ def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, mome
         check=False,
         env={**os.environ, "RCX_CACHE": "off"},
     )
-    progress = ("compiling", "running")  # what is told while this computer is slow
+    progress = ("compiling", "running")  # printed if this computer is slow
     said = [line for line in done.stderr.splitlines() if not line.startswith(progress)]
     assert (done.returncode, said) == (130, ["rcx: interrupted"])
 
@@ -358,7 +358,7 @@ def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> N
 def test_a_file_that_appears_meanwhile_stays_and_the_new_one_stands_beside_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
 ) -> None:
-    """Also where the file system has no links."""
+    """This includes file systems without links."""
     if not links:
 
         def none(*_: object) -> None:

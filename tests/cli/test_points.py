@@ -21,7 +21,7 @@ Robot = Callable[..., StationLine]
 
 @pytest.fixture
 def robot(monkeypatch: pytest.MonkeyPatch) -> Robot:
-    """A controller in place of the network, with these keys."""
+    """Replace the network by a controller with these keys."""
 
     def made(config: RobotConfig | None = None) -> StationLine:
         line = StationLine(config or RobotConfig())
@@ -260,7 +260,7 @@ def test_a_stopped_command_says_what_remains(
 
 
 def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
-    """It is bad input, as an address without a device."""
+    """A missing connection is bad input, like an address without a device."""
     line = robot()
     line.happen("", "power_off")
     assert main(_backup(tmp_path / "a.toml")) == 2

@@ -29,7 +29,7 @@ class _Terminal:
 
 @pytest.fixture
 def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
-    """In place of the network."""
+    """Replace the network by a virtual controller."""
     made = StationLine(RobotConfig())
     monkeypatch.setattr(cli, "NetworkLine", lambda *_: made)
     return made
@@ -37,7 +37,7 @@ def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
 
 @pytest.fixture
 def types(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
-    """A user at the terminal who types these words, and Enter from then on."""
+    """Simulate a user who types these words, and then only Enter."""
 
     def typing(*words: str) -> list[str]:
         left, asked = list(words), []

@@ -34,7 +34,7 @@ def program(repository: Path) -> Path:
 
 @pytest.fixture
 def run(program: Path, tmp_path: Path) -> Run:
-    """Runs the program that writes the area itself, without a library."""
+    """Return a function that runs the program that writes the area itself, without a library."""
     lib = tmp_path / "lib"
     lib.mkdir()
 
@@ -280,7 +280,7 @@ def test_the_help_names_both_defaults_of_the_time_out(
 
 
 def test_every_option_goes_where_it_is_meant_for() -> None:
-    """To `Cell.build` under its own name, or it is one of those that the run itself takes.
+    """`Cell.build` receives the option under its own name, or the run itself uses it.
 
     Source: RunOptions.
     """

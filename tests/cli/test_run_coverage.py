@@ -31,7 +31,7 @@ _BLOCK = "FUNCTION_BLOCK FB_Blink\n  VAR k : INT; END_VAR\n  k := k + 1;\nEND_FU
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Runs Lamp.st with FB_Blink.st as its library, in their folder."""
+    """Return a function that runs Lamp.st with FB_Blink.st as its library, in their folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "120")
     (tmp_path / "Lamp.st").write_text(_PROGRAM)

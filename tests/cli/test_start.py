@@ -28,13 +28,22 @@ for words in json.loads(sys.argv[1]):
     report.append([code, sorted(set(sys.modules) - before)])
 print(json.dumps(report))
 """
-#: What costs a tenth of a second or more, and no command of these needs.
-_HEAVY = {"asyncio", "cpppo", "distributed", "hypothesis", "numpy", "pytest", "selenium", "z3"}
-_HEAVY |= {"aiohttp", "pymodbus", "pydantic", "http.server"}
+#: Modules that take 0.1 s or more to import, and that none of these commands needs.
+_SLOW_IMPORTS = {
+    "asyncio",
+    "cpppo",
+    "distributed",
+    "hypothesis",
+    "numpy",
+    "pytest",
+    "selenium",
+    "z3",
+}
+_SLOW_IMPORTS |= {"aiohttp", "pymodbus", "pydantic", "http.server"}
 
 
 def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
-    """What each of the commands imports besides what those before it have."""
+    """Return for each command the modules that it imports and the commands before it did not."""
     done = subprocess.run([sys.executable, "-c", _RUN, json.dumps(commands)], capture_output=True,
                           text=True, check=True, env={**os.environ, **environment})  # fmt: skip
     report = json.loads(done.stdout)
@@ -42,19 +51,19 @@ def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
     return [set(modules) for _, modules in report]
 
 
-#: What measures and proves programs.
+#: Packages that measure and prove programs.
 _MEASURES = ("coverage", "mutants", "prove", "explore", "debug", "farm")
 
 
 def _loaded(*modules: str) -> set[str]:
-    """What a process has that imports these modules."""
+    """Return the modules in a process that imports these modules."""
     code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)
     return set(done.stdout.decode().split())
 
 
 def _below(modules: set[str], *names: str) -> set[str]:
-    """Return the modules that are one of the packages, or are in one."""
+    """Return those modules that are one of the packages, or are inside one."""
     return {one for one in modules if any(f"{one}.".startswith(f"{name}.") for name in names)}
 
 
@@ -68,10 +77,10 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
         ["check", str(example)],
         ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"],
     )
-    assert not _below(version, "rich", "lark", *_HEAVY)
+    assert not _below(version, "rich", "lark", *_SLOW_IMPORTS)
     own = {"rcx_harness", "rcx_harness.cli", "rcx_harness.cli.app"}
     assert _below(version, *PACKAGES) == {*own, "structured_text", "structured_text.errors"}
-    assert not _below(helped, "rich", *PACKAGES, "lark", *_HEAVY)
+    assert not _below(helped, "rich", *PACKAGES, "lark", *_SLOW_IMPORTS)
     assert not _below(
         codec, "structured_text.engines", "rcx_harness.robot", "rcx_harness.cell", "lark"
     )
@@ -83,11 +92,11 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
     cells = ("cell.cell", "cell.node")
     assert not _below(check, *(f"rcx_harness.{one}" for one in (*rooms, *cells)))
     assert not _below(check, *(f"structured_text.{one}" for one in engines))
-    assert not _below(check, "rich.progress", *_HEAVY)
+    assert not _below(check, "rich.progress", *_SLOW_IMPORTS)
     others = ("look", "serve", "bridge", "new", "testing", "verify", "cell.elsewhere", "enip")
     assert not _below(run, *(f"rcx_harness.{one}" for one in others))
     assert not _below(run, *(f"structured_text.{one}" for one in _MEASURES))
-    assert not _below(run, *_HEAVY)
+    assert not _below(run, *_SLOW_IMPORTS)
 
 
 @pytest.mark.exhaustive
@@ -95,7 +104,7 @@ def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_
     """Source: reading and compiling Structured Text is a fifth of a start; what it gave is kept."""
     example = repository / "plc" / "examples" / "01_power_up"
     words = ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"]
-    # Of temporary files nothing is kept, and this may be a temporary clone.
+    # Temporary files are not cached, and this may be a temporary clone.
     kept = {"TMPDIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path), "RCX_CACHE": "on"}
     _imported(words, **kept)
     (again,) = _imported(words, **kept)
@@ -114,12 +123,12 @@ def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
     of_others = ("cell.cell", "cell.node", "trace.view.page", "serve.terminal")
     assert not _below(parent, *(f"structured_text.{one}" for one in of_programs))
     assert not _below(parent, *(f"rcx_harness.{one}" for one in of_others))
-    assert not _below(parent, "rich", "lark", *_HEAVY - {"asyncio"})
+    assert not _below(parent, "rich", "lark", *_SLOW_IMPORTS - {"asyncio"})
     rooms = ("cell", "cli", "look", "verify", "testing", "bridge", "trace.view", "watch")
     toolkit = ("language.load", "engines", "projects", "export", *_MEASURES)
     assert not _below(found, *(f"rcx_harness.{one}" for one in rooms))
     assert not _below(found, *(f"structured_text.{one}" for one in toolkit))
-    assert not _below(found, "rich", "typer", "lark", "ssl", *_HEAVY)
+    assert not _below(found, "rich", "typer", "lark", "ssl", *_SLOW_IMPORTS)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

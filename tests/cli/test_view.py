@@ -25,14 +25,14 @@ _LINES = _HEAD + _FIRST + f'{{"t_us":10000,"scan":1,"so":"{_AREA}","si":"{_ON}"}
 
 @pytest.fixture
 def trace(tmp_path: Path) -> Path:
-    """SI(00) and SI(06) go ON at 10 ms."""
+    """Return a trace in which SI(00) and SI(06) go ON at 10 ms."""
     file = tmp_path / "run.jsonl"
     file.write_text(_LINES, encoding="utf-8")
     return file
 
 
 def _story() -> Story:
-    """SI(00) ON at 200 ms, SI(06) 50 ms later: too early (manual chapter 5, 3, caution)."""
+    """Return a story with SI(00) ON at 200 ms, SI(06) 50 ms later: too early (chapter 5, 3)."""
     story = Story()
     story.open(0)
     for k in range(1, 51):
@@ -105,7 +105,7 @@ def test_a_cut_capture_is_shown_up_to_the_cut(tmp_path: Path, capsys: Captured) 
 
 
 def test_a_recording_of_rcx_scan_is_judged_too(tmp_path: Path) -> None:
-    """Both inputs in one look: the PLC's rule (manual chapter 5, 3, caution)."""
+    """Both inputs change in one scan, which breaks a PLC rule (manual chapter 5, 3, caution)."""
     trace = tmp_path / "scan.jsonl"
     ready = "00" * 32 + "1201" + "00" * 14
     lines = [_HEAD.replace("}", ',"by":"rcx scan"}').strip()]
@@ -165,7 +165,7 @@ def test_a_missing_recording_is_one_line(tmp_path: Path, capsys: Captured) -> No
 def test_a_run_writes_the_page_that_its_trace_gives(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """The same content; above it stands what a chart of the run has there."""
+    """The content is the same; above it is what a chart of the run shows there."""
     example = repository / "plc/examples/04_pick_and_place"
     trace, page = tmp_path / "t.jsonl", tmp_path / "run.html"
     options = [f"--stimulus={example / 'stimulus.toml'}", f"--robot={example / 'robot.toml'}"]

@@ -7,7 +7,7 @@ import pytest
 from both_engines import ENGINES
 from command_bench import bench_of
 
-#: Patterns of the tables; what other ones mean, only 4.3.1 says, for a definition: 0.
+#: Patterns of the tables. Only 4.3.1, for a definition, explains other patterns: they mean 0.
 _LISTED = {0b0000: 0, 0b0001: 1, 0b1111: -1}
 
 

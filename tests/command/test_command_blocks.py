@@ -30,12 +30,12 @@ pytestmark = [
 _NOTHING = [0] * WORDS
 
 #: Values that no pin can reach, and why.
-_UNREACHED = {
+_UNREACHABLE = {
     "hand": {3: "none, as 0"},
     "data_number": {63: "several data at once", 15: "several data at once"},
 }
 
-#: Fields that a block leaves 0, because another one is there for them.
+#: Fields that a block leaves 0, because another block serves them.
 _ZERO = {
     "FB_ReadPositionPulses": ("continuous",),  # FB_ContinuousPosition
     "FB_ReadPositionMm": ("continuous",),
@@ -47,7 +47,7 @@ _ZERO = {
 
 
 #: The one value that a block sends, because other blocks send the others: method (guide 4.6.4).
-_ONLY = {
+_ONLY_VALUES = {
     "FB_ReadProgramInfo": {"method": (1,)},
     "FB_ReadProgramInfoByTask": {"method": (2,)},
     "FB_ReadProgramInfoByName": {"method": (4,)},
@@ -66,12 +66,12 @@ def reading(name: str) -> Reading:
 
 @pytest.fixture
 def chance(name: str) -> random.Random:
-    """The same numbers in every run."""
+    """Return a generator with the same numbers in every run."""
     return random.Random(name)
 
 
 def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
-    """The request's fields; every bit besides them must be 0.
+    """Return the request's fields; all other bits must be 0.
 
     A text comes with the spaces that fill it, which is "" for words of 0.
     """
@@ -90,7 +90,7 @@ def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
 
 
 def _expected(reading: Reading, pins: Pins) -> dict[str, FieldValue]:
-    """The fields that the pins mean, a text that counts filled with spaces."""
+    """Return the fields that the pins mean; a text is padded with spaces."""
     fields = reading.fields(pins)
     for pin in reading.block.inputs:
         if pin.type == "STRING" and (not pin.when or fields[pin.when[0]] == pin.when[1]):
@@ -112,7 +112,7 @@ def _draws(reading: Reading, chance: random.Random, rounds: int = 20) -> Iterato
 
 
 def _another(reading: Reading, chance: random.Random, first: Pins) -> Pins:
-    """Legal values that mean another telegram, where the block has such."""
+    """Return legal values with a different telegram, if the block has such values."""
     draws = list(_draws(reading, chance))
     telegram = (reading.code(first), reading.fields(first))
     others = (one for one in draws if (reading.code(one), reading.fields(one)) != telegram)
@@ -166,7 +166,7 @@ def test_every_value_of_every_field_can_be_sent(
     codes = set()
     sent = []
     assert reading.block.zero == _ZERO.get(reading.block.name, ())
-    assert reading.block.only == _ONLY.get(reading.block.name, {})
+    assert reading.block.only == _ONLY_VALUES.get(reading.block.name, {})
     for pins in [*reading.edges(chance), *_draws(reading, chance)]:
         words = plc.exchange(pins)
         codes.add(words[0])
@@ -180,7 +180,7 @@ def test_every_value_of_every_field_can_be_sent(
             assert {fields[part.name] for fields in sent} == {part.fixed}
             continue
         seen = {fields[part.name] for fields in sent}
-        never = set(_UNREACHED.get(part.name, ()))
+        never = set(_UNREACHABLE.get(part.name, ()))
         assert len(seen) > 1, f"{part.name} is always the same"
         assert {*part.values, *(part.range or ())} - never <= seen, part.name
         selectors = reading.requests[part.by].values if part.by else {}
@@ -243,7 +243,7 @@ def test_the_inputs_are_sampled_on_the_rising_edge(
 def test_the_outputs_show_the_response(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """With changed inputs by then; they stay until the next end."""
+    """The inputs have changed by then. The outputs stay until the next end."""
     block = reading.block
     before = blank(block)
     for pins in _draws(reading, chance, 40):
@@ -327,7 +327,7 @@ def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
 def test_an_edge_right_after_the_end_is_shown_is_taken(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Execute fell before the end, which is shown for one scan; in the next call it rises."""
+    """Execute falls before the end, which is shown for one scan, and rises in the next call."""
     first = reading.draw(chance)
     other = _another(reading, chance, first)
     plc.send(first)
@@ -341,7 +341,7 @@ def test_an_edge_right_after_the_end_is_shown_is_taken(
 
 
 def _held(plc: CommandBench) -> Pins:
-    """What a block keeps from the edge on, and what it has given its job."""
+    """Return the values that a block saves at the edge or passes to its job."""
     kind = plc.program.type_of(f"Main.{plc.instance}")
     assert isinstance(kind, BlockType)
     own = [one.name for one in kind.variables if one.section == "VAR"]

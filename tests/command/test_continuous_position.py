@@ -97,7 +97,7 @@ def test_a_block_that_is_not_called_any_more_ends_the_output_and_frees_the_chann
 
 
 def test_the_continuous_mode_of_fb_remote_command_ends_at_its_timeout() -> None:
-    """It has no end status, so nothing else could end it."""
+    """The continuous mode has no end status, so only the time-out can end it."""
     plc = jog_plc()
     plc["First.Code"], plc["First.Data[1]"], plc["First.Timeout"] = 0x0505, 1, "T#100ms"
     plc.scan_until(lambda: plc.words[0] == 0x0505, execute="First")

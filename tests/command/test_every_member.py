@@ -32,7 +32,7 @@ def _levels() -> CommandBench:
 
 
 def _bench(block: Pins) -> CommandBench:
-    """The bench as at the start, all pins at their defaults."""
+    """Return the bench in its initial state, with all pins at their defaults."""
     if not block.level:
         return bench_of(block.name, "builtin")
     bench = _levels()
@@ -48,7 +48,7 @@ def _start(block: Pins, bench: CommandBench, pins: dict[str, Value]) -> None:
 
 
 def _sent(block: Pins, pins: dict[str, Value], robot: int = 0) -> str:
-    """What is wrong with the telegram that goes out with these pins; empty if nothing."""
+    """Return what is wrong with the telegram for these pins; empty if nothing is."""
     expected = block.telegram(pins, robot)
     illegal = READINGS[expected[0] & 0xFFF].problem(expected)
     bench = _bench(block)
@@ -75,7 +75,7 @@ def test_each_member_goes_out_as_the_manual_has_it(block: Pins) -> None:
 
 
 #: Members that some commands do not have, in the words of the manual's tables.
-_LACKING = {
+_MISSING_MEMBERS = {
     "SPEED_MM_S": "speed set in mm/s: linear and circular interpolation only",
     "PORT_DI": "an input cannot be assigned",
     "PORT_SI": "an input cannot be assigned",
@@ -93,12 +93,12 @@ def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
             words = block.telegram(block.given(**{pin: value}))
             if READINGS[words[0]].problem(words):
                 refused.add(member)
-    assert refused == set(_LACKING)
+    assert refused == set(_MISSING_MEMBERS)
 
 
 @every_block_of_the_reading
 def test_robots_and_defaults_go_out_as_the_manual_has_them(block: Pins) -> None:
-    """The robot in bits 15 to 12 of n, where the table has one; nothing else given but defaults.
+    """Bits 15 to 12 of n have the robot number if the table has a robot; other pins have defaults.
 
     Source: remote command guide 4.2 to 4.9, robot designation.
     """
@@ -145,7 +145,7 @@ def test_each_answer_is_shown_as_the_manual_has_it(block: Pins) -> None:
 
 
 def _shown(block: Pins, pins: dict[str, Value], response: list[int]) -> Iterator[str]:
-    """What outputs show otherwise than the reading has it."""
+    """Return the outputs whose values differ from the reading."""
     bench = _bench(block)
     _start(block, bench, pins)
     assert not bench.pin("Error"), f"{block}: 16#{bench.pin('ErrorID'):04X}"
@@ -160,7 +160,7 @@ def _shown(block: Pins, pins: dict[str, Value], response: list[int]) -> Iterator
 
 
 def _responses(entry: PinRow) -> Iterator[list[int]]:
-    """Answers that differ in this output only; of several places each alone, and all."""
+    """Return answers that differ in this output only: each of its places alone, and all."""
     if entry.how == "text":
         words = [0] * WORDS
         for part, letter in zip(entry.places, b"AB_19 Z".ljust(len(entry.places)), strict=True):
@@ -189,7 +189,7 @@ def _answers(entry: PinRow, part: second_reading.Place) -> Sequence[int]:
 
 
 def _values(block: Pins, entry: PinRow, pins: dict[str, Value]) -> Iterator[Value]:
-    """Values that are legal by the reading of the command's section."""
+    """Return values that are legal by the reading of the command's section."""
     words = block.telegram(block.given(**pins))
     if entry.flag:
         entry.flag.write(words, 1)

@@ -100,7 +100,7 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
 
 
 def test_an_enable_of_one_scan_stops_in_the_scan_after_the_code() -> None:
-    """Whatever the scan in which Enable falls: code without SI(06) OFF lasts no longer."""
+    """The code without SI(06) OFF never lasts longer, in whichever scan Enable falls."""
     for scans in range(1, 6):
         plc = jog_plc()
         plc.change("Jog.Enable", to=True, scans=scans)

@@ -31,7 +31,7 @@ def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
 
 
 def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
-    """StopOk FALSE is the user's own stop: what does not move goes on working."""
+    """StopOk FALSE is the user's own stop: commands that do not move the robot continue to work."""
     plc = jog_plc()
     jogging(plc)
     plc["StopOk"] = False

@@ -19,7 +19,7 @@ def plc() -> PlcBench:
 
 @pytest.mark.parametrize("block", BLOCKS)
 def test_a_timeout_of_one_millisecond_is_a_limit(plc: PlcBench, block: str) -> None:
-    """T#0s alone is no limit. Source: docs/reference/errors.md, 16#8015."""
+    """Only T#0s means no limit. Source: docs/reference/errors.md, 16#8015."""
     plc.answer(0x0200)
     plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#1ms", True
     plc.scan_until(lambda: bool(plc[f"{block}.Error"]), most=4)

@@ -12,7 +12,7 @@ PROGRAM = ROOT / "tests/data/library/Levels.st"
 
 @pytest.fixture
 def cell() -> Cell:
-    """A robot with its servos on, SI(00) and SI(06) ON."""
+    """Return a cell of a robot with its servos on, SI(00) and SI(06) ON."""
     cell = Cell.build(PROGRAM, scan="10ms", robot=RobotConfig(manual_speed=50))
     cell.run_until(lambda: bool(cell["Main.Robot.Settled"]), within="2s")
     cell["Main.ServoOn.Execute"] = True
@@ -40,7 +40,7 @@ def test_the_axis_moves_while_enable_is_true_and_stands_where_the_outputs_say(ce
 
 
 def test_after_a_jog_the_next_command_goes_out(cell: Cell) -> None:
-    """It comes back ready: a command that waits goes out once SI(06) has been ON again."""
+    """A waiting command goes out once SI(06) has been ON again."""
     cell["Main.Jog.Enable"] = True
     cell.run("200ms")
     cell["Main.Jog.Enable"] = False

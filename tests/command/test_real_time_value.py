@@ -20,13 +20,13 @@ def _compiled(block: str) -> Alone:
 
 
 def _value(address: int) -> int:
-    """What the image has in the word at an even address: some are negative as INT."""
+    """Return the value of the word at an even address; some are negative as INT."""
     return (address * 0x4D1 + 0x3A7) % 65536
 
 
 @pytest.fixture(params=_BLOCKS)
 def block(request: pytest.FixtureRequest) -> Alone:
-    """Connected, with an image in which no two words are alike."""
+    """Return a connected block with an image in which all words differ."""
     alone = _compiled(request.param)
     alone.restart()
     alone["Robot.Connected"] = True
@@ -64,7 +64,7 @@ def test_an_odd_offset_is_for_images_of_bytes_only(name: str, error: int) -> Non
 
 
 def test_every_extended_word_is_shown_in_three_ways(block: Alone) -> None:
-    """SOW(24) is at m + 48, SOW(127) at m + 254, after which there is none.
+    """SOW(24) is at m + 48 and SOW(127), the last word, at m + 254.
 
     Source: manual chapter 1, 4.2, and chapter 3, 2.1: words are unsigned, double words signed;
     remote command guide 4.9.1.
@@ -97,7 +97,7 @@ def test_every_extended_word_is_shown_in_three_ways(block: Alone) -> None:
 def test_what_is_not_there_is_an_error_and_shows_zero(
     block: Alone, pins: dict[str, int], error: int, connected: bool
 ) -> None:
-    """An illegal number is told before a missing connection: it does not go away with it.
+    """An illegal number is reported before a missing connection, because it stays illegal.
 
     Source: remote command guide 4.9.1; manual chapter 1, 4.2.
     """

@@ -22,9 +22,9 @@ _SCAN_MS, _SPACING_MS = 40, 120
 _SCANS = 300
 _SHOWN = ("Done", "Busy", "Active", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _LIMITS_MS = (0, 80, 200, 480)
-#: The rival's code and first data word; the second one has no end by itself, the last is none.
+#: The rival's code and first data word. The second does not end by itself, the last is empty.
 _TELEGRAMS = ((0x0501, 0x0000), (0x1506, 0x0001), (0x1505, 0x0000), (0x0000, 0x0000))
-#: From a status, with a code out: what may follow, the same one more likely.
+#: Statuses that may follow a status while a code is out; most likely the same status.
 _FOLLOWS = {
     0x0000: (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000),
     0x0100: (0x0100, 0x0100, 0x0100, 0x0200, 0x4000, 0x0000),
@@ -61,7 +61,7 @@ class _Beside:
         self.bench[f"{self.path[part]}.{pin}"] = value
 
     def draw(self) -> None:
-        """What the user, the network and the controller do before this scan."""
+        """Draw what the user, the network and the controller do before this scan."""
         for part, rule in self.rules.items():
             if not rule.busy and not rule.execute and self.often(0.3):
                 self._prepare(part, rule)
@@ -83,7 +83,7 @@ class _Beside:
             self.status = self.chance.choice((0, 0, 0, 0x0200, 0x4000))
 
     def _prepare(self, part: str, rule: CommandRule) -> None:
-        """A rising edge with new inputs."""
+        """Give Execute a rising edge with new inputs."""
         rule.execute, rule.timeout = True, self.chance.choice(_LIMITS_MS)
         self._put(part, "Timeout", f"T#{rule.timeout}ms")
         if part == "rival":
@@ -100,7 +100,7 @@ class _Beside:
         self._put(part, "Execute", True)
 
     def scan(self, now: int) -> None:
-        """One scan of both."""
+        """Run one scan of both, the block and its rule."""
         alarm = (self.chance.randrange(1, 99), self.chance.randrange(1, 999))
         self.bench.answer(self.status, alarm)
         self.bench.outputs(SO01=self.up["cpu"])
@@ -132,7 +132,7 @@ class _Beside:
         )
 
     def compare(self) -> None:
-        """The outputs of both blocks, and the words as written."""
+        """Compare the outputs of both blocks, and the words as written."""
         for part, rule in self.rules.items():
             expected = (rule.done, rule.busy, rule.active, rule.number != 0, rule.number)
             wrong = differences(_SHOWN, self._look[part](), (*expected, *rule.alarm))

@@ -25,8 +25,8 @@ _SHOWN = ("Valid", "Busy", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _SHOWN_BY_RIVAL = ("Done", "Busy", "Active", *_SHOWN[2:])
 _SCANS = 1500
 _LIMITS_MS = (0, 120, 320, 800)
-#: For so many scans the times are as calm, the rival as busy, and the controller silent or not.
-_SPELL = 60
+#: Scans of a phase with equal probabilities of disturbances and commands of the rival.
+_PHASE_SCANS = 60
 _CALM, _RIVAL = (1.0, 0.3, 0.0), (1.0, 0.2, 0.0)
 _FOLLOWS = {
     0x0000: (0x0000, 0x0000, 0x0100, 0x0100, 0x0100, 0x0200, 0x4000),
@@ -96,8 +96,8 @@ class _Beside:
         return self.chance.random() < rate
 
     def draw(self, scan: int) -> None:
-        """What the user, the cell and the controller do before this scan."""
-        if scan % _SPELL == 0:
+        """Draw what the user, the cell and the controller do before this scan."""
+        if scan % _PHASE_SCANS == 0:
             self.calm, self.busy = self.chance.choice(_CALM), self.chance.choice(_RIVAL)
             self.silent = self.often(0.3)
         rule, rival = self.rule, self.rival
@@ -152,7 +152,7 @@ class _Beside:
         return limit
 
     def _answer(self) -> None:
-        """The status; a jog ends with SI(06) OFF, if not before."""
+        """Calculate the status. A jog ends at the latest when SI(06) is OFF."""
         stopped = not self.head.inputs.applied["SI06_Stop"]
         if self.silent and self.often(0.95):
             return
@@ -167,7 +167,7 @@ class _Beside:
             self.response = [self.chance.randrange(65536) for _ in range(15)]
 
     def scan(self, now: int) -> None:
-        """One scan of both."""
+        """Run one scan of both, the block and its rule."""
         on, view, head = self.on, self.view, self.head
         bits = on["SO01"] << 1 | on["SO00"] | 0x0110
         words = [self.status, *self.response, bits]
@@ -219,7 +219,7 @@ class _Beside:
         return f"{self.rule}, {self.rival}, {self.view}"
 
     def compare(self) -> None:
-        """The outputs of both blocks, and what is written."""
+        """Compare the outputs of both blocks, and the written words."""
         rule, rival = self.rule, self.rival
         shown = (rule.valid, rule.busy, rule.number != 0, rule.number, *rule.alarm)
         wrong = differences(_SHOWN, self._look(), shown)

@@ -91,7 +91,7 @@ def test_a_program_name_has_upper_case_letters_digits_and_underscores(
 
 
 def test_of_all_characters_a_program_name_takes_37(plc: Program) -> None:
-    """Behind an A, where a space would only fill it up; and before an A.
+    """Each character is tried after an A, because a leading space is filler, and before an A.
 
     Source: remote command guide 4.6.1: letters (uppercase), numbers and underscores.
     """

@@ -18,7 +18,7 @@ _IDLE = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n"
 
 
 def _told(lib: Path, block: str) -> Iterator[str]:
-    """What each failing case says."""
+    """Return the message of each failing case."""
     bench = ContractBench(block, sorted(lib.rglob("*.st")))
     for case in cases(block):
         try:

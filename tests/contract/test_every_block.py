@@ -13,7 +13,7 @@ from contract_bench import BLOCKS, ContractBench, cases
 from contract_cases import Case, one_of_each_kind
 from fault_cell import CaseFailure, library
 
-_TOLD = 3
+_MOST_SHOWN = 3
 
 
 def test_there_are_more_than_ten_thousand_cases() -> None:
@@ -27,7 +27,7 @@ def test_no_case_is_there_twice() -> None:
 
 
 def test_every_command_block_and_every_sequence_is_there() -> None:
-    """Found by the pins; by the folders there are as many."""
+    """The blocks are recognised by their pins; the number of files in the folders is the same."""
     assert {*BLOCKS} == {*library().edge, *library().level}
     assert len(BLOCKS) > 100
 
@@ -56,5 +56,7 @@ def _run(block: str, every: Sequence[Case]) -> int:
             bench.run(case)
         except CaseFailure as failure:
             failures.append(str(failure))
-    assert not failures, f"{len(failures)} of {len(every)} cases:\n" + "\n".join(failures[:_TOLD])
+    assert not failures, f"{len(failures)} of {len(every)} cases:\n" + "\n".join(
+        failures[:_MOST_SHOWN]
+    )
     return bench.scans

@@ -23,16 +23,16 @@ from structured_text.engines.base import Value
 
 OUT_OF_PLACE = 0x8017
 PLACES = ("Early", "Late")
-#: They ask nothing of the controller: what they show is only older there.
+#: Blocks that request nothing from the controller; out of place they only show older values.
 LOOKING = ("FB_AutoMode", "FB_Interlock", "FB_Status")
-#: They take their input away wherever they are called: `test_a_stop_acts_...` below.
+#: Blocks that switch their input OFF wherever they are called: `test_a_stop_acts_...` below.
 STOPPING = {"FB_EmergencyStop": 0x0001, "FB_ProgramStop": 0x0040}
 BLOCKS = [name for name in (*library().edge, *library().level) if name not in LOOKING]
-_SOME = (
+_MATIEC_BLOCKS = (
     *("FB_MoveIDirectMm", "FB_RemoteCommand", "FB_ContinuousPosition", "FB_Jog", "FB_ServoOn"),
     *("FB_PowerUp", "FB_EmergencyStop", "FB_SequenceControl", "FB_ToolPosition"),
 )
-#: What they need of the controller to be at work for some scans.
+#: Outputs of the controller that keep these blocks working for some scans.
 _OUTPUTS = {
     "FB_AlarmReset": {"SO03": True},
     "FB_ProgramReset": {"SO14": False},
@@ -53,7 +53,7 @@ class Places(PlcBench):
     """
 
     def __init__(self, engine: str) -> None:
-        self.blocks = BLOCKS if engine == "builtin" else list(_SOME)
+        self.blocks = BLOCKS if engine == "builtin" else list(_MATIEC_BLOCKS)
         self.code, self.on = 0, 0
         self.codes: list[int] = []
         with TemporaryDirectory() as folder:
@@ -90,22 +90,22 @@ class Places(PlcBench):
         self[f"{self.name}.{self.start}"] = on
 
     def pin(self, name: str) -> Value:
-        """A pin of the block."""
+        """Return the value of a pin of the block."""
         return self[f"{self.name}.{name}"]
 
     @property
     def error(self) -> int:
-        """Its ErrorID, 0 while it shows no Error."""
+        """Return the ErrorID, or 0 without Error."""
         return int(self.pin("ErrorID")) if self.pin("Error") else 0
 
     @property
     def works(self) -> bool:
-        """Is it Busy or, with Enable, Valid?"""
+        """Return whether the block is Busy or, with Enable, Valid."""
         return bool(self.pin("Busy")) or (self.start == "Enable" and bool(self.pin("Valid")))
 
     @property
     def applied(self) -> int:
-        """The dedicated inputs that are ON as written."""
+        """Return the dedicated inputs that are ON as written."""
         return int.from_bytes(self.image[32:34], "little")
 
     def scan(self, count: int = 1) -> None:
@@ -120,7 +120,7 @@ class Places(PlcBench):
             self.on |= int.from_bytes(area[32:], "little") & ~_LEVELS
 
     def finish(self) -> None:
-        """Answer as a controller does: each code ends, and each end is reset, the other one's, too.
+        """Answer as a controller does: end every command, also that of the other block, and reset.
 
         After a jog that one waits until SI(06) is back.
         """
@@ -170,7 +170,7 @@ def _bench(engine: str) -> Places:
 
 
 def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
-    """Try a case on every block; tell all that fail."""
+    """Try a case on every block, and list all that fail."""
     plc, failed = _bench(engine), []
     for block in plc.blocks:
         plc.choose(block)
@@ -186,7 +186,9 @@ def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
 def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out(
     engine: str, place: str
 ) -> None:
-    """And not one that it asks for later: Execute stays TRUE. Another one works meanwhile.
+    """Execute stays TRUE, but a later request does not go out either.
+
+    Another block works meanwhile.
 
     Source: docs/reference/errors.md, 16#8017.
     """
@@ -217,7 +219,7 @@ def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out
 def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_more_goes_out(
     engine: str, place: str, also: bool
 ) -> None:
-    """What is out is held to its end, and then the next one has its turn.
+    """A command that was sent is held to its end; then the next block gets the turn.
 
     Source: docs/reference/errors.md, 16#8017; guide chapter 2: code and data stand until the
     status is seen.

@@ -10,7 +10,7 @@ from rcx_tools.evidence.broken import broken_library
 
 
 def _servo_on(plc: PlcBench) -> None:
-    """A whole course of FB_ServoOn, with Execute falling after the end."""
+    """Run FB_ServoOn to its end, then reset Execute."""
     plc.power_up()
     plc["ServoOn.Execute"] = True
     plc.scan(15)

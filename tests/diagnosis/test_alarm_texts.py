@@ -47,7 +47,7 @@ def plc(request: pytest.FixtureRequest) -> Program:
 
 
 def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, str]]:
-    """Known and the lines of a text, its bytes read as UTF-8."""
+    """Return Known and the lines of a text, with its bytes read as UTF-8."""
     for name, value in inputs.items():
         plc.write(f"Main.{name}", value)
     plc.scan(0)
@@ -61,7 +61,7 @@ def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, 
 
 
 def _joined(first: str, second: str) -> str:
-    """Two lines as the text that they were made of, without spaces."""
+    """Join two lines to the text from which they were made, without spaces."""
     return (first + second).replace(" ", "")
 
 
@@ -228,7 +228,7 @@ def test_bytes_beyond_ascii_are_escapes_and_what_would_belong_to_them_too(
 
 
 def test_the_table_for_panels_has_every_alarm_error_command_and_signal() -> None:
-    """The status reset is no command that a panel can see."""
+    """The status reset is not a command that a panel can see."""
     text = (ROOT / "docs/reference/texts.csv").read_text(encoding="utf-8-sig")
     rows = list(csv.DictReader(io.StringIO(text)))
     counts: dict[str, int] = {}

@@ -90,7 +90,7 @@ def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
 def test_the_time_of_a_turn_stays_where_it_has_reached_its_end(
     channel: str, held: int, then: int
 ) -> None:
-    """Also where the longest one is forgotten. Source: head of RCX_TURN, 24 days."""
+    """The time also stays if the longest turn is forgotten. Source: head of RCX_TURN, 24 days."""
     block = Channels()
     block[f"Robot.Inner.{channel}.NextTicket"] = 1
     block.change("Block.Reset", to=True, scans=2)
@@ -126,7 +126,7 @@ def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
 def test_those_behind_the_holder_wait(
     channel: str, serving: int, following: int, waiting: int
 ) -> None:
-    """Tickets go on from 65535 to 0. Source: RCX_CHANNEL."""
+    """Tickets continue with 0 after 65535. Source: RCX_CHANNEL."""
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = serving
     block.change(f"Robot.Inner.{channel}.NextTicket", to=following)
@@ -137,7 +137,7 @@ def test_those_behind_the_holder_wait(
 
 @_BOTH
 def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None:
-    """As when the link is lost, and all that wait end with an error."""
+    """This happens when the link is lost and all waiting blocks end with an error."""
     block = Channels()
     block.change(f"Robot.Inner.{channel}.NextTicket", to=3)
     assert block[channel]["Waiting"] == 2
@@ -147,7 +147,7 @@ def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None
 
 @_BOTH
 def test_the_turn_after_the_last_number_is_a_new_one(channel: str) -> None:
-    """Tickets go on from 65535 to 0. Source: RCX_CHANNEL."""
+    """Tickets continue with 0 after 65535. Source: RCX_CHANNEL."""
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = 65535
     block.change(f"Robot.Inner.{channel}.NextTicket", to=1, scans=3)

@@ -16,7 +16,7 @@ from recorder_bench import Recorder, connected, short
 
 @pytest.fixture
 def recorder() -> Recorder:
-    """Connected, CPU_OK, and the log begins after that: one row, SO(01)."""
+    """Return a recorder after Connected and CPU_OK, with one row in its log: SO(01)."""
     return connected()
 
 
@@ -192,7 +192,7 @@ def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_change
 def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
     recorder: Recorder,
 ) -> None:
-    """What FB_WriteArea takes back is its own doing.
+    """FB_WriteArea itself takes inputs back when the link is lost.
 
     Source: manual chapter 1, 5: SI(00) and SI(06) are OFF in the error state.
     """
@@ -207,7 +207,7 @@ def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
 
 
 def test_what_is_on_when_the_link_comes_is_kept_but_is_no_fault() -> None:
-    """Before SI(00) is ON the controller stands in emergency stop, and its alarm 12.600 is on.
+    """Until SI(00) is ON, the controller is in emergency stop with alarm 12.600.
 
     Source: manual chapter 5, 3.1
     """
@@ -258,5 +258,5 @@ def test_the_blocks_only_look(block: str) -> None:
     before = alone["Robot"]
     alone.scan(100_000)
     assert isinstance(before, dict)
-    before["Inner"]["Scan"] += 1  # the number of the scan alone goes on
+    before["Inner"]["Scan"] += 1  # only the scan number changes
     assert alone["Robot"] == before

@@ -12,7 +12,7 @@ from recorder_bench import Recorder, connected, short
 
 @pytest.fixture
 def recorder() -> Recorder:
-    """Connected, CPU_OK, and the log begins after that: one row, SO(01)."""
+    """Return a recorder after Connected and CPU_OK, with one row in its log: SO(01)."""
     return connected()
 
 

@@ -22,7 +22,7 @@ LOCAL, PEER = ("192.168.0.2", 44818), "192.168.0.10"
 
 
 def hexa(text: str) -> bytes:
-    """Bytes from hexadecimal digits; blanks and line ends are for the reader."""
+    """Return the bytes of hexadecimal digits; blanks and line ends are ignored."""
     return bytes.fromhex(text)
 
 
@@ -34,11 +34,11 @@ class MemoryImage:
         self.writes = 0
 
     def read(self) -> bytes:
-        """All of it."""
+        """Return all data."""
         return self.data
 
     def write(self, image: bytes) -> None:
-        """All of it, counted."""
+        """Replace all data, and count the call."""
         assert len(image) == len(self.data)
         self.data = image
         self.writes += 1
@@ -53,11 +53,11 @@ class FakeCyclicPart(CyclicControl):
     removed: list[int] = field(default_factory=list)
 
     def add(self, parameters: ConnectionParameters) -> None:
-        """A connection was opened."""
+        """Note an opened connection."""
         self.added.append(parameters)
 
     def remove(self, number: int) -> None:
-        """A connection was closed."""
+        """Note a closed connection."""
         self.removed.append(number)
 
 
@@ -87,16 +87,16 @@ class Bench:
 
     @property
     def to_master(self) -> bytes:
-        """Assembly 100."""
+        """Return assembly 100."""
         return self.master_image.data
 
     @property
     def to_robot(self) -> bytes:
-        """Assembly 150."""
+        """Return assembly 150."""
         return self.robot_image.data
 
     def connect(self, peer: str = PEER) -> Session:
-        """A new TCP connection."""
+        """Return a new TCP connection."""
         return self.device.connect(LOCAL, peer)
 
     def ask(self, request: str, origin: Origin | None = None) -> bytes:
@@ -111,19 +111,19 @@ def bench() -> Bench:
 
 @pytest.fixture
 def make_bench() -> type[Bench]:
-    """For a device with other settings."""
+    """Return the class, for a device with other settings."""
     return Bench
 
 
 @pytest.fixture
 def session(bench: Bench) -> Session:
-    """A connection on which nothing has been said yet."""
+    """Return a connection without any message."""
     return bench.connect()
 
 
 @pytest.fixture
 def registered(bench: Bench) -> Session:
-    """A connection whose session handle is 1."""
+    """Return a connection whose session handle is 1."""
     connection = bench.connect()
     connection.receive(hexa("6500 0400 00000000 00000000 0000000000000000 00000000 0100 0000"))
     return connection
@@ -131,7 +131,7 @@ def registered(bench: Bench) -> Session:
 
 @pytest.fixture
 def images() -> Iterator[SharedImages]:
-    """The areas of 48 bytes of one end of class 1 connections."""
+    """Return the areas of 48 bytes of one end of class 1 connections."""
     with SharedImages.create(48) as images:
         images.unlink()
         yield images
@@ -139,20 +139,20 @@ def images() -> Iterator[SharedImages]:
 
 @pytest.fixture
 def device(images: SharedImages) -> exchange_bench.Device:
-    """The target of class 1 connections."""
+    """Return the target of class 1 connections."""
     return exchange_bench.Device(images)
 
 
 @pytest.fixture
 def owned(device: exchange_bench.Device) -> exchange_bench.Device:
-    """With an exclusive owner, opened at 0."""
+    """Return the device with an exclusive owner, opened at 0."""
     device.exchange.add(exchange_bench.OWNER, 0)
     return device
 
 
 @pytest.fixture
 def processes(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen[str]]]:
-    """Every process of an adapter that is started during the test."""
+    """Return a list of the adapter processes that are started during the test."""
     started: list[subprocess.Popen[str]] = []
     popen = subprocess.Popen
 

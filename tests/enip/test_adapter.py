@@ -20,7 +20,7 @@ from structured_text.output.system import SharedMemory
 
 @pytest.fixture
 def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Names of all shared memory created during the test."""
+    """Return the names of all shared memory created during the test."""
     names: list[str] = []
 
     class Recording(SharedMemory):
@@ -33,7 +33,7 @@ def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def is_gone(name: str) -> bool:
-    """Whether no shared memory has this name."""
+    """Return whether no shared memory has this name."""
     try:
         SharedMemory(name).close()
     except FileNotFoundError:
@@ -157,7 +157,7 @@ def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]])
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_the_adapter_ends_when_its_parent_is_killed() -> None:
-    """The parent's standard error is open as long as one of the two lives."""
+    """The parent's standard error stays open while either process lives."""
     program = (
         "from rcx_harness.enip.target.adapter import Adapter\n"
         "adapter = Adapter()\n"

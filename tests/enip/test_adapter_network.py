@@ -28,7 +28,7 @@ FORWARD_OPEN, FORWARD_CLOSE, CONNECTION_MANAGER = 0x54, 0x4E, bytes.fromhex("200
 
 @pytest.fixture
 def wire() -> Iterator[socket.socket]:
-    """A UDP socket that may broadcast."""
+    """Return a UDP socket that may broadcast."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
         udp.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         udp.settimeout(LONG_S)
@@ -37,25 +37,25 @@ def wire() -> Iterator[socket.socket]:
 
 @pytest.fixture
 def adapter() -> Iterator[Adapter]:
-    """An adapter with cyclic I/O on any free port."""
+    """Return an adapter with cyclic I/O on any free port."""
     with Adapter(48, cyclic=0) as device:
         yield device
 
 
 def open_owner(master: Client, **fields: str) -> bytes:
-    """Forward Open of an Exclusive Owner; the data of the reply."""
+    """Open an Exclusive Owner connection, and return the data of the reply."""
     slow = {"o_to_t_rpi": "A0860100", "multiplier": "07", **fields}  # 100 ms x 512
     return master.request(FORWARD_OPEN, CONNECTION_MANAGER, bytes.fromhex(forward_open(**slow))[6:])
 
 
 def ask_for_ever(master: Client) -> None:
-    """Until it is not answered."""
+    """Send requests until the adapter stops answering."""
     while True:
         master.get_assembly(100)
 
 
 def wait_for_owner(adapter: Adapter, master: Client, state: OwnerState) -> None:
-    """Until the cyclic part, or who speaks for it, says so."""
+    """Wait until the cyclic process (or its substitute) reports this state."""
     while adapter.shared.owner is not state:
         master.get_assembly(100)
 
@@ -67,7 +67,10 @@ def close_owner(master: Client) -> bytes:
 def test_an_adapter_on_all_addresses_answers_with_the_address_that_was_asked(
     wire: socket.socket,
 ) -> None:
-    """Over UDP and over TCP; nobody can connect to 0.0.0.0. Attribute 5 has one of ours, too."""
+    """UDP and TCP both show the address, because nobody can connect to 0.0.0.0.
+
+    So does attribute 5.
+    """
     told = struct.pack(">HH4s8x", 2, 0, bytes([127, 0, 0, 1]))
     with Adapter(host="0.0.0.0") as adapter:
         port = adapter.address[1]
@@ -109,7 +112,10 @@ def test_a_port_of_cyclic_io_in_use_is_reported(wire: socket.socket) -> None:
 
 
 def test_a_cyclic_connection_owns_the_outputs_until_it_is_closed(adapter: Adapter) -> None:
-    """It outlives the TCP connection that opened it; another one of the same machine closes it."""
+    """The connection outlives the TCP connection that opened it.
+
+    Another TCP connection of the same machine closes it.
+    """
     with Client(*adapter.address) as master:
         assert len(open_owner(master)) == 26
         assert master.get_attribute(1, 1, 5) == bytes.fromhex("7100")

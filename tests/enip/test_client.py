@@ -22,7 +22,7 @@ Serve = Callable[..., tuple[str, int]]
 
 @pytest.fixture
 def adapter_that_says() -> Iterator[Serve]:
-    """Starts an adapter that takes one connection and gives the nth answer to the nth request."""
+    """Return a function that starts an adapter whose nth answer is given in advance."""
     ends: list[Callable[[], None]] = []
 
     def serve(*answers: bytes) -> tuple[str, int]:

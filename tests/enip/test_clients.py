@@ -51,7 +51,7 @@ def logix(adapter: Adapter) -> Iterator[Any]:
 
 @pytest.fixture(autouse=True)
 def _nothing_written(adapter: Adapter, pycomm: Pycomm) -> None:
-    """Assembly 150 is zero at the start of every test."""
+    """Set assembly 150 to zero at the start of every test."""
     pycomm(SET_SINGLE, 4, 150, 3, request_data=bytes(48))
     assert adapter.read_to_robot() == bytes(48)
 
@@ -62,7 +62,7 @@ def name_of(adapter: Adapter) -> str:
 
 
 def cpppo_client(adapter: Adapter, *operations: str, simple: bool = True) -> list[str]:
-    """What cpppo's command line client prints for each operation, the time left out."""
+    """Return what cpppo's command line client prints for each operation, without the time."""
     command = [sys.executable, "-m", "cpppo.server.enip.get_attribute"]
     command += ["--address", name_of(adapter), *(["--simple"] if simple else []), *operations]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
@@ -70,7 +70,7 @@ def cpppo_client(adapter: Adapter, *operations: str, simple: bool = True) -> lis
 
 
 def logix_data(answer: Any) -> bytes:
-    """The data of the CIP reply in the frame that pylogix gives back."""
+    """Return the data of the CIP reply in the frame that pylogix returns."""
     assert answer.Status == "Success"
     frame: bytes = answer.Value
     # Header, interface handle and time-out, two items, then the reply's four bytes.
@@ -85,7 +85,7 @@ def test_cpppo_reads_the_identity(adapter: Adapter) -> None:
 
 
 def test_cpppo_reads_by_unconnected_send_to_the_device_itself(adapter: Adapter) -> None:
-    """Without --simple it wraps the request for a route over port 1, address 0."""
+    """Without --simple, cpppo wraps the request for a route over port 1, address 0."""
     (shown,) = cpppo_client(adapter, "@4/100/4", simple=False)
     assert shown == "0x0004/100/4 == [48, 0]"
 
@@ -123,7 +123,7 @@ def test_pycomm3_reads_and_writes_the_assemblies(adapter: Adapter, pycomm: Pycom
 
 
 def test_pycomm3_reads_the_assemblies_over_a_connection_of_class_3(adapter: Adapter) -> None:
-    """It opens by Large Forward Open to the Message Router and sends SendUnitData."""
+    """pycomm3 sends a Large Forward Open to the Message Router, then SendUnitData."""
     with pycomm3.CIPDriver(name_of(adapter)) as client:
         answer = client.generic_message(GET_SINGLE, 4, 100, 3)
         assert client.connected
@@ -135,7 +135,7 @@ def test_pycomm3_reads_the_assemblies_over_a_connection_of_class_3(adapter: Adap
 def test_pycomm3_reads_with_the_route_that_it_sends_by_default(
     adapter: Adapter, route: str, wrapped: bool
 ) -> None:
-    """It puts the route behind the request as it is, or wraps both into an Unconnected Send."""
+    """pycomm3 appends the route to the request, or wraps both into an Unconnected Send."""
     with pycomm3.CIPDriver(name_of(adapter) + route) as client:
         ask = partial(client.generic_message, connected=False, unconnected_send=wrapped)
         read = [ask(GET_SINGLE, 4, 100, 3), ask(GET_ALL, 1, 1)]

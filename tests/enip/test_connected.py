@@ -23,7 +23,7 @@ SIZE_IS_48 = "8E00 0000 3000"
 
 
 def unit(message: str, connection: str = "01000100", session: str = "01000000") -> bytes:
-    """A whole SendUnitData frame."""
+    """Return a whole SendUnitData frame."""
     length = len(bytes.fromhex(message))
     data = f"00000000 0000 0200 A100 0400 {connection} B100 {length:02X}{0:02X} {message}"
     size = len(bytes.fromhex(data))
@@ -31,13 +31,13 @@ def unit(message: str, connection: str = "01000100", session: str = "01000000") 
 
 
 def reply(message: str) -> bytes:
-    """A SendUnitData to the originator's connection id."""
+    """Return a SendUnitData with the originator's connection id."""
     return unit(message, connection="78563412")
 
 
 @pytest.fixture
 def connected(bench: Any, registered: Session) -> Session:
-    """Session 1 with a class 3 connection of id 0x00010001, 10 ms times 16."""
+    """Return session 1 with a class 3 connection of id 0x00010001, 10 ms times 16."""
     assert bench.ask(forward_open(**CLASS_3)) == opened()
     return registered
 
@@ -198,7 +198,10 @@ def test_a_connection_never_used_times_out_after_ten_seconds(bench: Any) -> None
 
 
 def test_six_and_more_connections_at_a_time_but_not_any_number(bench: Any) -> None:
-    """16 of one machine, 32 of all, then extended status 0x113; the last four are for others."""
+    """A machine may have 16, all machines 32; then extended status 0x113.
+
+    The last four are reserved for other machines.
+    """
 
     def open_from(peer: str, serial: int) -> bytes:
         triad = f"{serial:02X}00 4D00 EFBEADDE"

@@ -148,7 +148,7 @@ def test_the_same_connection_twice_is_a_duplicate(bench: Any) -> None:
     ],
 )
 def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> None:
-    """What differs in one part alone is another connection: it opens, and closes for itself.
+    """If any part of the triad differs, it is another connection, opened and closed separately.
 
     Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7 (serial number, vendor, originator)
     """
@@ -214,7 +214,7 @@ def test_owner_input_only_and_listen_only_live_beside_each_other(bench: Any) -> 
 
 
 def test_listeners_end_with_the_last_connection_that_is_more(bench: Any) -> None:
-    """They need not be removed one by one: the cyclic part ends them likewise."""
+    """They need not be removed one by one, because the cyclic process ends them as well."""
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open(**LISTEN_ONLY, triad=OTHER))[2] == 0
     assert bench.ask(forward_close()) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
@@ -265,7 +265,7 @@ def test_a_cyclic_part_that_has_ended_opens_nothing(bench: Any) -> None:
 
 
 def test_multicast_connections_share_one_production(bench: Any) -> None:
-    """The target's id, the group of 192.168.0.2 (host 2), port 2222; the intervals are the same.
+    """The reply has the target's id, the group of 192.168.0.2 (host 2), port 2222, equal intervals.
 
     Another interval is refused with the one required (0x112, meaning 4).
     """
@@ -360,7 +360,7 @@ def test_a_refused_forward_close_leaves_the_connection(
 def test_connection_ids_are_drawn_by_the_systems_source_of_secrets(
     make_bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Who opens a connection of its own does not learn the id of the owner's from its own."""
+    """An originator cannot derive the owner's id from the id of its own connection."""
     drawn = iter([0x8C3F01A7, 0x0152E9D4])
     monkeypatch.setattr("secrets.randbits", lambda bits: next(drawn) if bits == 32 else 0)
     bench = make_bench(draw_id=random_id)

@@ -87,7 +87,7 @@ def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> Non
 def test_data_is_there_when_the_state_run_is_published(
     owned: Device, monkeypatch: pytest.MonkeyPatch, before: list[int]
 ) -> None:
-    """At the moment RUN is published, at first and after idle, the data stands there already."""
+    """At the moment when RUN is published, at first and after idle, the data are already there."""
     seen: list[tuple[OwnerState, bytes]] = []
     set_owner = SharedImages.set_owner
 
@@ -163,7 +163,10 @@ def test_a_dropped_packet_is_counted_with_its_reason(
 
 
 def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: Device) -> None:
-    """Whoever sends under the owner's address and id, hundreds of times: the owner goes on."""
+    """An attacker sends hundreds of packets with the owner's address and id.
+
+    The owner continues.
+    """
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     for number in range(2, 50):
         forged = packet(0x70000000 + number, number)[:-48] + b"\xff" * 48
@@ -255,7 +258,10 @@ def test_the_time_out_counts_the_masters_interval_not_ours(device: Device) -> No
 
 
 def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
-    """From 10 s to 16 intervals of 2 ms after it; the robot's next packet is much later."""
+    """The time-out changes from 10 s to 16 intervals of 2 ms.
+
+    The robot's next packet is much later.
+    """
     device.exchange.add(replace(OWNER, o_to_t_api_us=2_000, t_to_o_api_us=3_200_000), 0)
     assert device.poll(10_000) == 3_210_000
     device.exchange.receive(packet(1, 1), MASTER, 20_000)
@@ -265,7 +271,7 @@ def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
 
 
 def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
-    """Also where it comes when nothing is due for long, and the first one goes."""
+    """This also holds if it opens while nothing is due for long, and if the first one closes."""
     device.exchange.add(replace(OWNER, t_to_o_api_us=3_200_000), 0)
     assert device.poll(10_000) == 3_210_000
     device.exchange.add(replace(INPUT_ONLY, t_to_o_api_us=5_000), 20_000)
@@ -288,7 +294,7 @@ def test_after_the_time_out_nothing_is_sent_and_nothing_is_taken(owned: Device) 
 
 
 def test_a_closed_connection_ends_without_report(owned: Device) -> None:
-    """To close a connection that is not open does no harm."""
+    """Closing a connection that is not open has no effect."""
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.exchange.remove(99, 0)
     assert owned.images.status().owners == 1
@@ -322,7 +328,7 @@ def test_an_adapter_that_goes_off_has_forgotten_all_connections(owned: Device) -
 
 
 def told(device: Device) -> list[tuple[int, str, str, str, int]]:
-    """What the journal says since the last look: time, kind, state, peer, readers."""
+    """Return the new entries of the journal: time, kind, state, peer, readers."""
     events = [ConnectionEvent.from_record(one) for one in device.images.events.read().records]
     return [(one.at_us, one.kind.value, one.state, one.peer, one.readers) for one in events]
 

@@ -81,7 +81,7 @@ def test_packets_are_due_at_multiples_of_the_interval_however_late_each_is() -> 
 
 @pytest.mark.parametrize(("now_us", "lost", "due_us"), [(2_000, 1, 4_000), (7_900, 3, 8_000)])
 def test_after_a_stall_nothing_is_made_up_for(now_us: int, lost: int, due_us: int) -> None:
-    """Packets whose time has passed fall out; the next is due at its own time."""
+    """Packets whose time has passed are dropped; the next packet is sent at its own time."""
     out = producer(api_us=2_000)
     assert out.advance(now_us) == lost
     assert out.due_us == due_us
@@ -119,7 +119,10 @@ def test_a_length_that_is_not_the_datagrams_leaves_no_content(tail: str) -> None
     [("01000000", True), ("00000000", False), ("FEFFFFFF", False), ("FFFFFFFF", True)],
 )
 def test_data_is_taken_of_a_running_master_alone(header: str, run: bool) -> None:
-    """Only the lowest bit of the header counts; others are the redundant owner's and reserved."""
+    """Only the lowest bit of the header counts.
+
+    The others are reserved, or for redundant owners.
+    """
     taken = consumer().take(7, hexa(f"0100 {header} A1A2A3A4"), 0)
     assert taken == Arrival(hexa("A1A2A3A4") if run else None, run, 0)
 
@@ -170,7 +173,7 @@ def test_an_old_sequence_number_is_dropped_and_time_runs_on(last: int, number: i
 def test_a_jump_of_the_sequence_number_is_dropped_and_the_owner_goes_on(
     last: int, number: int
 ) -> None:
-    """Neither its data nor its number counts: the next packet of the owner is taken.
+    """Data and number of the packet are ignored: the next packet of the owner is accepted.
 
     1,024 is twice the longest time-out in packets, 512 intervals (CIP volume 1, chapter 3, 5.5.1).
     """
@@ -194,7 +197,7 @@ def test_packets_that_overtake_each_other_are_taken_once_and_the_late_one_is_dro
 
 
 def test_a_burst_of_losses_shorter_than_the_longest_time_out_goes_on() -> None:
-    """511 packets are lost of a connection whose multiplier allows for 512 intervals."""
+    """511 packets are lost on a connection whose multiplier allows 512 intervals."""
     into = consumer(timeout_us=5_120_000)
     into.take(100, hexa("0100 01000000 A1A2A3A4"), 0)
     taken = into.take(612, hexa("0002 01000000 B1B2B3B4"), 5_119_000)
@@ -203,13 +206,13 @@ def test_a_burst_of_losses_shorter_than_the_longest_time_out_goes_on() -> None:
 
 @pytest.mark.parametrize("first", [0, 1, 0x70000000, 0xFFFFFFFF])
 def test_a_connection_begins_with_any_sequence_number(first: int) -> None:
-    """A scanner that starts again counts from 0 on its new connection, or goes on."""
+    """A scanner that restarts begins its new connection with 0, or continues the old numbers."""
     taken = consumer().take(first, hexa("0000 01000000 A1A2A3A4"), 0)
     assert taken == Arrival(hexa("A1A2A3A4"), True, 0)
 
 
 def test_the_short_count_may_wrap_and_jump_as_it_likes() -> None:
-    """Of the count of 16 bits only a repetition says something: that the data is not new."""
+    """The 16 bit count has one meaning only: a repeated count means that the data are not new."""
     into = consumer()
     into.take(1, hexa("FFFF 01000000 A1A2A3A4"), 0)
     for number, count in enumerate(("0000", "0500", "0200"), 2):

@@ -80,7 +80,7 @@ class Target:
         self.socket.sendto(datagram, (ROBOT, self.control.port))
 
     def receive(self) -> bytes:
-        """The next of the robot's packets."""
+        """Return the robot's next packet."""
         datagram, (host, port) = self.socket.recvfrom(2048)
         assert (host, port) == (ROBOT, self.control.port)
         return datagram
@@ -117,7 +117,7 @@ def test_packets_come_in_sequence_with_the_robots_outputs(target: Target) -> Non
 
 
 def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> None:
-    """Also while the process is at other packets, and has not yet looked for orders."""
+    """The process may still handle other packets, and not have looked for orders."""
     target.open(replace(OWNER, number=1_000))
     with udp(STRANGER) as stranger:
         for number in range(1, 101):
@@ -173,7 +173,7 @@ def test_a_closed_connection_is_not_served_any_more(target: Target) -> None:
     target.open(replace(OWNER, number=2, t_to_o_id=0x33333333, kind=ConnectionKind.INPUT_ONLY))
     target.control.remove(1)
     target.receive_until(lambda: target.images.owner is OwnerState.CLOSED)
-    # What has arrived before is read in front of the next twenty.
+    # Packets that arrived earlier are read before the next twenty.
     identifiers: list[str] = []
     while identifiers.count("33333333") < 20:
         identifiers.append(target.receive()[6:10].hex())
@@ -186,7 +186,7 @@ def test_a_cut_cable_lets_nothing_through_and_ends_in_a_time_out(target: Target)
     target.send(packet(1))
     target.receive_until(lambda: target.images.status().received == 1)
     target.images.link = LinkState.CUT
-    # The master goes on sending: only because nothing arrives can it time out.
+    # The master continues to send; it times out only because nothing arrives.
     for number in range(2, 20_000):
         target.send(packet(number))
         with suppress(queue.Empty):
@@ -243,7 +243,7 @@ def test_packets_carry_the_code_point_that_was_agreed(target: Target) -> None:
 
 
 def test_a_port_that_is_taken_is_refused_in_one_sentence() -> None:
-    """Two processes at one port would share its packets without a word."""
+    """Two processes at one port would share its packets without any error."""
     with SharedImages.create(48) as images, udp(ROBOT) as first:
         port = first.getsockname()[1]
         first.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

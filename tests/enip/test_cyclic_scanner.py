@@ -28,7 +28,7 @@ from rcx_harness.enip.cyclic.shared import SharedImages
 
 @pytest.fixture
 def scanner(images: SharedImages) -> Device:
-    """The other end of OWNER, opened at 0; the robot is its peer."""
+    """Return the originator of OWNER, opened at 0; the robot is its peer."""
     device = Device(images, Role.ORIGINATOR)
     device.exchange.add(replace(OWNER, peer=ROBOT, destination=ROBOT), 0)
     return device
@@ -97,7 +97,7 @@ def test_a_scanner_that_owns_nothing_sends_a_heartbeat(images: SharedImages) -> 
 
 
 def test_a_scanner_alone_may_listen_only(images: SharedImages) -> None:
-    """Which connections there are beside it is the adapter's matter."""
+    """The adapter decides which other connections a listener needs."""
     scanner = Device(images, Role.ORIGINATOR)
     for one in (INPUT_ONLY, LISTEN_ONLY):
         scanner.exchange.add(replace(one, peer=ROBOT, destination=ROBOT), 0)

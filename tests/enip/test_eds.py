@@ -23,7 +23,7 @@ _FIELD = re.compile(r'\s*("[^"]*"|[^",;]*)\s*([,;])')
 
 
 def read(text: str) -> Sheet:
-    """Sections, entries and fields: a reader as small as the format allows, quotes kept."""
+    """Return sections, entries and fields. This minimal reader does not remove quotes."""
     sheet: Sheet = {}
     rest = "\n".join(line.partition("$")[0] for line in text.splitlines())
     while rest := rest.lstrip():
@@ -143,7 +143,7 @@ def test_three_connections_read_assembly_100_and_one_writes_150(sheet: Sheet) ->
 
 @pytest.mark.parametrize("size", [48, 256])
 def test_the_adapter_takes_every_connection_of_the_sheet(size: int) -> None:
-    """Opened one after the other, as the sheet says: path, sizes, types, packet interval."""
+    """Each connection is opened with the path, sizes, types and packet interval of the sheet."""
     sheet = read(eds_text(size))
     interval = int(sheet["Params"]["Param1"][11])
     sizes = {key: int(fields[11]) for key, fields in sheet["Params"].items() if len(fields) > 11}
@@ -171,7 +171,7 @@ def test_it_follows_the_adapters_options() -> None:
 
 
 def test_it_says_that_it_is_of_the_virtual_controller() -> None:
-    """Nothing in it is the vendor's text."""
+    """The sheet contains no text of the vendor."""
     text = eds_text()
     comments = "\n".join(line for line in text.splitlines() if line.startswith("$"))
     assert "virtual controller (a simulation)" in comments

@@ -18,7 +18,7 @@ from enip_fuzz import Bench, FuzzFailure, bench, fuzz
 
 
 def can_bind(address: str) -> bool:
-    """Does this system have the loopback address?"""
+    """Return whether this system has the loopback address."""
     with socket.socket() as tried:
         try:
             tried.bind((address, 0))
@@ -48,7 +48,7 @@ def test_hostile_input_is_answered_or_cut_off_and_disturbs_no_other_peer(
     assert report.attacks.total() == 300
     assert report.checks == 16
     assert len(report.attacks) == 10, f"not every kind of attack: {report.attacks}"
-    # It reaches the requests, their refusals and what works.
+    # The fuzzer reaches valid requests and refused ones.
     assert {0x00, 0x01, 0x03, 0x64, 0x65} <= report.statuses.keys()
     assert {0x00, 0x01, 0x04, 0x08, 0x0C, 0x0E} <= report.replies.keys()
 

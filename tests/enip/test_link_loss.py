@@ -23,7 +23,7 @@ def master() -> Iterator[LiveMaster]:
 
 
 def fall_silent(master: LiveMaster) -> None:
-    """No packet comes for RPI times 128: 1.28 s."""
+    """Stop sending. The connection times out after 128 RPIs: 1.28 s."""
     master.scanner.stop()
 
 
@@ -32,7 +32,7 @@ def close_by_forward_close(master: LiveMaster) -> None:
 
 
 def leds(master: LiveMaster) -> tuple[Led, Led]:
-    """Module Status and Network Status."""
+    """Return Module Status and Network Status."""
     return master.robot.module_led, master.robot.network_led
 
 
@@ -122,7 +122,7 @@ def test_a_reader_comes_and_goes_without_the_controller_noticing(master: LiveMas
 
 
 def test_a_reader_alone_is_no_connection_to_the_controller(master: LiveMaster) -> None:
-    """Without a master the connection error state (2) of power-on stays.
+    """Without a master, the connection error state (2) of power-on remains.
 
     Source: manual chapter 1, 5.3
     """

@@ -24,7 +24,7 @@ def lockstep(request: pytest.FixtureRequest) -> Iterator[LockstepLink]:
 
 
 def play(link: Link, calls: list[tuple[str, int]]) -> list[bytes]:
-    """Every image read, after images of zeros; a call's number becomes an image of its own."""
+    """Return every image read, after images of zeros; a call's number is written as an image."""
     seen = []
     for call, number in [("scanner_write", 0), ("robot_write", 0), *calls]:
         if call.endswith("write"):

@@ -60,7 +60,7 @@ def test_each_attribute(bench: Any, path: str, value: str) -> None:
 def test_all_attributes_at_once(
     bench: Any, class_id: str, instance: str, values: dict[int, str]
 ) -> None:
-    """Of the network interfaces, the two connectors.
+    """The attributes are those of the network interfaces, the two connectors.
 
     Source: manual chapter 1, 3.1
     """

@@ -25,7 +25,7 @@ class Bench:
         self.opener = Opener(self.opened, first_s)
 
     def opened(self) -> FakeScanner:
-        """Counted."""
+        """Count the openings."""
         self.openings += 1
         if self.refused:
             raise EnipError("nobody there")
@@ -61,7 +61,7 @@ def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
 def test_the_first_packet_is_waited_for_as_long_as_was_asked(
     first_s: float | None, openings: int
 ) -> None:
-    """None: the connection's own time-out, of which the scanner tells."""
+    """If no time is given, the scanner waits for the connection's own time-out, and names it."""
     bench = Bench(first_s)
     for _ in range(3):
         bench.opener.keep()
@@ -132,7 +132,7 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
 def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
     extended: tuple[int, ...], options: tuple[str, ...], hint: str
 ) -> None:
-    """Codes: CIP volume 1, chapter 3, 5.6; 0x112 tells of each direction what would do."""
+    """Codes: CIP volume 1, chapter 3, 5.6; 0x112 gives the accepted interval of each direction."""
     assert refusal_hint(CipError("x", 1, extended), 48, options) == hint
 
 

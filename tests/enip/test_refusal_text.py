@@ -31,7 +31,7 @@ OTHER = "0200 4D00 EFBEADDE"
 
 
 def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
-    """What is said while the requests come, one after the other."""
+    """Return the messages that these requests cause, in order."""
     texts: list[str] = []
     bench = make_bench(on_refused=texts.append, **settings)
     for request in requests:

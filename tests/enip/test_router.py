@@ -55,7 +55,7 @@ def test_a_list_that_is_shorter_than_it_says_is_refused(bench: Any, request_: st
     "request_", ["0E03 2004 2464 3004", "0102 2001 2401", "0302 2001 2401 0100 0100"]
 )
 def test_bytes_behind_a_read_request_are_ignored(bench: Any, request_: str, behind: str) -> None:
-    """Some clients append their route to it, an empty one (00 00) or that of a slot.
+    """Some clients append their route, an empty one (00 00) or that of a slot.
 
     Source: OpENer (the open reference adapter), GetAttributeSingle and its siblings
     """

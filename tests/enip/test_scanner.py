@@ -38,7 +38,7 @@ def shared_adapter() -> Iterator[Adapter]:
 
 @pytest.fixture
 def adapter(shared_adapter: Adapter) -> Adapter:
-    """The same for all; a test that leaves a connection open must not disturb the next."""
+    """Return the shared adapter, once the connections of the test before are closed."""
     eventually(shared_adapter, lambda: shared_adapter.shared.status().connections == 0)
     shared_adapter.write_to_master(TO_MASTER)
     return shared_adapter
@@ -128,7 +128,7 @@ def test_data_is_written_before_the_run_flag_and_read_after_the_state(
         assert seen == [TO_ROBOT]
 
         def arriving(of: SharedImages) -> OwnerState:
-            """A packet comes while the state is looked at."""
+            """Let a packet arrive while the state is being read."""
             of.to_master.write(TO_MASTER)
             of.arrive(now_us(), None)
             return OwnerState.RUN

@@ -28,7 +28,7 @@ SIZE_IS_48 = bytes.fromhex(
 def frame(
     command: str, data: str = "", session: int = 1, status: int = 0, options: int = 0
 ) -> bytes:
-    """A request with CONTEXT as sender context."""
+    """Return a request with CONTEXT as sender context."""
     content = bytes.fromhex(data)
     numbers = session.to_bytes(4, "little") + status.to_bytes(4, "little")
     header = bytes.fromhex(command) + len(content).to_bytes(2, "little") + numbers
@@ -36,7 +36,7 @@ def frame(
 
 
 def refused(command: str, status: int, session: int = 1) -> bytes:
-    """The answer that carries nothing but an encapsulation status."""
+    """Return an answer that contains only an encapsulation status."""
     return frame(command, session=session, status=status)
 
 
@@ -266,9 +266,9 @@ def test_the_65th_session_is_refused_until_another_ends(bench: Any) -> None:
 
 
 def test_a_forward_open_brings_the_socket_address_of_the_cyclic_io(registered: Session) -> None:
-    """Behind the message: item 0x8000, AF_INET, port 2222, our address.
+    """The answer ends with a socket address item (0x8000): AF_INET, port 2222, our address.
 
-    The T->O item of the request (port 0x1234) is understood.
+    The adapter accepts the T->O item of the request (port 0x1234).
     """
     message = forward_open()
     length = len(bytes.fromhex(message))

@@ -71,7 +71,7 @@ def test_an_image_of_another_size_is_not_taken(images: SharedImages) -> None:
 
 
 def watched(memory: memoryview, parts: Mapping[int, object]) -> Any:
-    """Memory of which some parts, by where they begin, are something else."""
+    """Return memory of which some parts, by their offsets, are replaced."""
 
     class Watched:
         def __getitem__(self, part: slice) -> object:
@@ -81,17 +81,20 @@ def watched(memory: memoryview, parts: Mapping[int, object]) -> Any:
 
 
 def test_a_writer_that_dies_within_an_image_leaves_the_one_before() -> None:
-    """Only the number that is written last publishes an image."""
+    """An image is published only by the number that is written last."""
     memory = memoryview(bytearray(SharedImage.needs(4)))
     image = SharedImage(memory, 4)
     image.write(b"whol")
-    # Version 1 lies in the second slot of eight bytes; the third one is written half.
+    # Version 1 is in the second slot of eight bytes; the third slot is half written.
     memory[8 + 2 * 8 : 8 + 2 * 8 + 2] = b"xx"
     assert image.read() == b"whol"
 
 
 def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
-    """Seven writes while one reads: the slot that is read comes round with the eighth."""
+    """While one image is read, seven are written.
+
+    The eighth write would reuse the slot being read.
+    """
     memory = memoryview(bytearray(SharedImage.needs(4)))
     writer = SharedImage(memory, 4)
     writer.write(b"0000")
@@ -104,7 +107,7 @@ def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
                 writer.write(f"{number:04}".encode())
             return b"torn"
 
-    # The slots of eight bytes lie behind a word of eight bytes; version 1 is in the second one.
+    # The slots of eight bytes follow a word of eight bytes; version 1 is in the second slot.
     reader = SharedImage(watched(memory, {8 + 8: OvertakenSlot()}), 4)
     assert reader.read() == b"0008"
 
@@ -167,7 +170,7 @@ class Recorder:
         self._look = look
 
     def cast(self, kind: str) -> Recorder:
-        """Its words."""
+        """Return the recorder itself."""
         return self
 
     def __getitem__(self, at: object) -> int:
@@ -179,7 +182,7 @@ class Recorder:
 
 
 def test_an_image_is_published_after_it_is_whole() -> None:
-    """As long as it is written a reader sees the one before."""
+    """While an image is being written, a reader gets the one before."""
     memory = memoryview(bytearray(SharedImage.needs(4)))
     SharedImage(memory, 4).write(b"one.")
     slots = [Recorder(lambda: image.version) for _ in range(8)]
@@ -264,7 +267,7 @@ def test_a_journal_is_written_by_the_one_and_read_once_by_the_other(images: Shar
 def test_a_reader_of_a_journal_that_is_too_slow_learns_how_much_it_has_missed(
     images: SharedImages,
 ) -> None:
-    """127 of 128 places are sure to be whole: the writer may be at the next one."""
+    """127 of 128 entries are valid, because the writer may be at the next one."""
     for number in range(1000):
         images.events.write({"number": number})
     records, lost = images.events.read()

@@ -72,7 +72,7 @@ async def has_ended(streams: Streams) -> bool:
 
 
 def test_one_machine_cannot_take_all_connections(bench: Any) -> None:
-    """32 of one peer; one more is closed at once, and one may come when one has gone."""
+    """A peer may have 32 connections. Another is closed at once, until one of the 32 has ended."""
 
     async def talk(tcp: TcpServer, port: int) -> None:
         every = [await connect(port) for _ in range(MAX_CONNECTIONS_OF_PEER)]
@@ -108,10 +108,10 @@ def test_two_machines_cannot_take_all_connections_from_a_third(bench: Any) -> No
 
 
 def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench: Any) -> None:
-    """Who has said nothing gives way, the oldest first; an owner's session never does.
+    """A new connection replaces the oldest idle one, but never an owner's session.
 
-    64 connections are all there can be: the owner's, 40 without a session and 23 with one that has
-    asked for nothing. No time passes.
+    64 connections is the maximum: the owner's, 40 without a session, and 23 with a session but no
+    request. No time passes.
     """
 
     async def talk(tcp: TcpServer, port: int) -> None:
@@ -212,7 +212,10 @@ def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
 def test_endless_requests_of_one_peer_do_not_block_the_others(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Two thousand requests in one piece; a neighbour's answer does not wait for all of them."""
+    """2,000 requests arrive in one piece.
+
+    The answer to a neighbour does not wait for all of them.
+    """
     listing = bench.device.listing
     answer, asked = listing.answer, []
 
@@ -237,7 +240,7 @@ def test_endless_requests_of_one_peer_do_not_block_the_others(
 
 
 def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
-    """What waits for a peer is bounded: its requests stay in its own machine."""
+    """The amount that waits for a peer is limited: its requests stay in its own machine."""
 
     async def talk(tcp: TcpServer, port: int) -> None:
         small = socket.socket()

@@ -74,7 +74,7 @@ class Capture:
         self.wait_for_probe()
 
     def wait_for_probe(self) -> None:
-        """A datagram of ours shows that all before it has been captured."""
+        """Send a datagram, and wait until it is captured: then all earlier ones are, too."""
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind((self._host, 0))
             port = str(probe.getsockname()[1])
@@ -95,7 +95,7 @@ class Capture:
         self._process.wait(PATIENCE_S)
 
     def frames(self) -> list[Frame]:
-        """All that has been captured, as it was dissected."""
+        """Return all captured frames as tshark dissects them."""
         assert TSHARK is not None
         command = [TSHARK, "-n", "-2", "-r", str(self.file), "-T", "fields"]
         for name in FIELDS:
@@ -112,7 +112,7 @@ class Capture:
 
 @pytest.fixture
 def host() -> str:
-    """A loopback address of this test process alone: the ports must be the protocol's."""
+    """Return a loopback address of this test process; the protocol fixes the ports."""
     return f"127.44.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"
 
 
@@ -193,7 +193,7 @@ def test_a_cyclic_session_is_dissected_without_a_malformed_mark(
 
 
 def split(field: str) -> list[str]:
-    """The values of a field that a frame may have several times."""
+    """Return the values of a field that can occur several times in a frame."""
     return field.split(",") if field else []
 
 

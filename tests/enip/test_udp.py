@@ -60,7 +60,7 @@ def test_a_direct_question_for_the_identity_is_answered_at_once(datagrams: Datag
 def test_the_answer_to_everybody_comes_after_a_random_delay(
     datagrams: Datagrams, longest: str, delay_s: float
 ) -> None:
-    """The longest is in the sender context, in ms; here the dice show one half."""
+    """The longest delay is in the sender context, in ms; here the random number is one half."""
     context = f"{longest} A3A4A5A6A7A8"
     answer = datagrams.answer(frame("6300", context=context), LOCAL, True)
     assert answer == Delayed(frame("6300", IDENTITY, context=context), delay_s)

@@ -14,12 +14,12 @@ from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, e
 from structured_text.errors import InputError
 
 _each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
-#: One area at the beginning, one of 256 bytes, one in words at offsets, those of two robots.
+#: An area at the beginning, one of 256 bytes, one in words at offsets, and two robots' areas.
 _NETWORKED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "12")]
 
 
 def _first(cell: Cell, byte: int, bit: int, on: bool = True) -> int:
-    """When the PLC first wrote (byte 32, 33 of the area to the robot) that bit so, in us."""
+    """Return when the PLC first wrote this value to a bit of byte 32 or 33 [us]."""
     return next(one.t_us for one in cell.trace.scans() if bool(one.si[byte] >> bit & 1) is on)
 
 

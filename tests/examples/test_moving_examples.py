@@ -25,7 +25,7 @@ def _hand(cell: Cell) -> bool:
 
 
 def _at_rest(cell: Cell, duration: str, look: Callable[[], Any] = lambda: None) -> list[Any]:
-    """Where the robot stood for at least two scans in this time: axes 1 to 3, and `look()`."""
+    """Return where the robot stood still for at least two scans: axes 1 to 3, and `look()`."""
     seen = []
     for _ in range(int(duration.removesuffix("s")) * 100):
         cell.scan()
@@ -34,7 +34,7 @@ def _at_rest(cell: Cell, duration: str, look: Callable[[], Any] = lambda: None) 
 
 
 def test_parts_are_picked_at_point_10_and_placed_at_point_20() -> None:
-    """The hand closes and opens only where the robot stands, at its point.
+    """The hand closes and opens only while the robot stands at the respective point.
 
     Source: guide 4.2.1 and 4.5.1; robot.toml of the example.
     """
@@ -109,7 +109,7 @@ def test_a_held_start_button_does_not_start_after_a_fault() -> None:
 
 
 def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
-    """Axis 1 for 0.5 s at 10 %, then axis 2 one step down, then down to its soft limit.
+    """Axis 1 moves for 0.5 s at 10 %; axis 2 makes one step down, then moves to its soft limit.
 
     Source: guide 4.2.6, 4.2.7, 4.2.8; 2.334 at the soft limit: guide 1.1.
     """
@@ -164,7 +164,7 @@ def test_points_are_stored_in_the_controller_with_their_names_and_copied_to_the_
 
 
 def test_a_copy_is_written_back_to_a_controller_that_has_lost_the_point() -> None:
-    """What was never taught is not written. Source: guide 4.3.1."""
+    """A point that was never taught is not written. Source: guide 4.3.1."""
     with _build("06_teach_points") as cell:
         cell.run("2900ms")
         taught = cell.robot.points[101]
@@ -215,7 +215,7 @@ def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
 
 
 def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs() -> None:
-    """Neither at the PLC's start nor later does a button that hangs lose the place of a part.
+    """A button that is stuck, at the PLC's start or later, does not lose the place of a part.
 
     Source: design of the examples: a hanging button is no press.
     """

@@ -32,7 +32,7 @@ def _cell(project: Path) -> Cell:
 
 
 def _broken(cell: Cell) -> list[str]:
-    """What does not hold just now, of the table "What always holds" of the cell's README."""
+    """Return the violated rules of the table "What always holds" in the cell's README."""
     a, b = cell["Main.A.Holds"], cell["Main.B.Holds"]
     safe = cell["Main.CellSafe"]
     linked = cell["Main.Connected"] and cell["Main.Connected2"]
@@ -75,7 +75,7 @@ def test_the_good_run_is_good(fault: Fault | None, tmp_path: Path) -> None:
 
 
 def test_never_are_both_robots_between_home_and_pallet(tmp_path: Path) -> None:
-    """Where they really are: the pallet is on the side of positive pulses of axis 1.
+    """The robots' real positions count. The pallet is on the side of positive pulses of axis 1.
 
     Source: points 1, 10 and 21 to 26 of robot_a.toml and robot_b.toml.
     """

@@ -21,7 +21,7 @@ from structured_text.output.replays import MARK
 
 Captured = pytest.CaptureFixture[str]
 _MOST_LINES = 20
-#: Of each planted fault the seed that shows it in the replay.
+#: For each planted fault, a seed whose replay shows it.
 _SEEDS = {"lost part": 36, "latch": 8, "link loss": 33, "race": 14, "time limit": 0}
 
 

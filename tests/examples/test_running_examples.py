@@ -102,7 +102,7 @@ def test_a_lost_link_ends_the_monitoring_until_reset_and_start() -> None:
 
 
 def _stages(cell: Cell, duration: str) -> list[str]:
-    """The stages of example 11 in their order."""
+    """Return the stages of example 11 in order."""
     seen = [str(cell["Main.Stage"])]
     for _ in range(int(duration.removesuffix("s")) * 100):
         cell.scan()

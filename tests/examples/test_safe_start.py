@@ -17,7 +17,7 @@ _PINS_ON = re.compile(r"\b(?:EmergencyStopOk|StopOk)\b[^;]*:\s*BOOL\s*:=\s*TRUE"
 
 
 def _texts() -> Iterator[tuple[str, str]]:
-    """Names and texts of the programs, and of the snippets in the pages."""
+    """Return names and texts of the programs, and of the snippets in the pages."""
     files = [_ROOT / "README.md"]
     for folder in _COPIED:
         files += [one for one in (_ROOT / folder).rglob("*") if one.suffix in (".st", ".md")]
@@ -30,7 +30,7 @@ def _texts() -> Iterator[tuple[str, str]]:
 
 
 def _unwired(text: str) -> list[str]:
-    """What switches SI(00) or SI(06) ON without wiring: TRUE, or a variable that begins so."""
+    """Return what switches SI(00) or SI(06) ON without wiring: TRUE, or an initial value."""
     names = {name for given in _PIN.findall(text) for name in re.findall(r"\b[A-Za-z_]\w*", given)}
     on = [name for name in names if re.search(rf"\b{name}\b[^:;]*:\s*BOOL\s*:=\s*TRUE", text)]
     return [*on, *(["TRUE"] if "TRUE" in names else []), *_PINS_ON.findall(text)]

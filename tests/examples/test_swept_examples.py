@@ -15,13 +15,13 @@ from rcx_harness.cli.app import main
 from rcx_harness.robot.ports import port
 from rcx_tools.docs.examples import examples
 
-_LASTING = (
+_LONG_FAULTS = (
     *("emergency_stop", "link_down", "packets_lost", "packets_late", "packets_doubled", "plc_stop"),
     *("plc_power_off", "power_off", "main_power_off", "warning", "pendant_on", "manual_mode"),
     *("auto_input_off", "manual_lock_on", "safety_on", "parallel_stop"),
 )
 _SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
-_FAULTS = (*_LASTING, *_SHORT, "Main.CellSafe=false")
+_FAULTS = (*_LONG_FAULTS, *_SHORT, "Main.CellSafe=false")
 #: Length of the good run; that of 07 ends after the last place, when the full pallet is at rest.
 _RUNS = {"04_pick_and_place": "4200ms", "07_pallet": "9000ms"}
 _HAND, _TRAY = port("DO(20)"), (-60_000, 80_000)
@@ -77,7 +77,7 @@ def test_one_that_starts_by_itself_is_found(
 
 
 def _opened_at(event: str, at_ms: int) -> list[tuple[int, ...]]:
-    """Where the hand opened: example 04 with a fault, Reset and Start."""
+    """Return where the hand opened in example 04 with a fault, Reset and Start."""
     opened = []
     with examples()["04_pick_and_place"].build("builtin") as cell:
 

@@ -20,13 +20,13 @@ def _build(name: str = "12_two_robots") -> Cell:
     return examples()[name].build("builtin")
 
 
-_UNDONE = {"link_down": "link_up", "emergency_stop": "emergency_stop_release"}
-_TWELVE = ("12_two_robots", "Carry1", "Carry2")
-_FOURTEEN = ("14_one_table", "Placer", "Taker")
+_UNDO_EVENTS = {"link_down": "link_up", "emergency_stop": "emergency_stop_release"}
+_EXAMPLE_12 = ("12_two_robots", "Carry1", "Carry2")
+_EXAMPLE_14 = ("14_one_table", "Placer", "Taker")
 
 
 def _started(name: str) -> Cell:
-    """Both work; nothing else happens."""
+    """Return a cell in which both robots work."""
     folder = ROOT / "plc/examples" / name
     cell = Cell.build(
         sorted(folder.glob("*.st")),
@@ -42,7 +42,7 @@ def _started(name: str) -> Cell:
 
 
 def _press(cell: Cell, name: str, button: str) -> None:
-    """Those of both robots; example 14 has one for both."""
+    """Press a button of both robots; example 14 has one button for both."""
     for value in (True, False):
         for keys in ("Key1.", "Key2.") if name.startswith("12") else ("",):
             cell[f"Main.{keys}{button}"] = value
@@ -77,7 +77,7 @@ def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
 
 
 def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_waits() -> None:
-    """Until the second one is known to be at its place: then both go on.
+    """When the second robot is known to be at its place again, both continue.
 
     Source: manual chapter 1, 5.2 (link loss), for each controller by itself.
     """
@@ -98,12 +98,12 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize(("name", "one", "other"), [_TWELVE, _FOURTEEN], ids=["12", "14"])
+@pytest.mark.parametrize(("name", "one", "other"), [_EXAMPLE_12, _EXAMPLE_14], ids=["12", "14"])
 @pytest.mark.parametrize("fault", ["emergency_stop", "auto_input_off", "power_off"])
 def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
     name: str, one: str, other: str, fault: str
 ) -> None:
-    """Two blocks that end in one scan: the number of one of them, never one made of both.
+    """If two blocks end in one scan, the number belongs to one of them; it is never a mixture.
 
     Source: docs/reference/errors.md.
     """
@@ -141,12 +141,12 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize(("name", "first", "second"), [_TWELVE, _FOURTEEN])
+@pytest.mark.parametrize(("name", "first", "second"), [_EXAMPLE_12, _EXAMPLE_14])
 @pytest.mark.parametrize("how", ["emergency_stop", "link_down", "power_cycle", "manual_mode"])
 def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_back(
     name: str, first: str, second: str, how: str
 ) -> None:
-    """By hand without servos, or by the programming box in manual mode.
+    """The robot is moved by hand without servos, or by the programming box in manual mode.
 
     Source: head of FB_Interlock: clear Outside when servos, link or AUTO mode are lost
     """
@@ -160,9 +160,9 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
         )
         cell.inject(how, controller=2)
         cell.run_until(lambda: bool(cell[f"Main.{second}.Lock.Holds"]), within="500ms")
-        if how in _UNDONE:
+        if how in _UNDO_EVENTS:
             cell.run("200ms")
-            cell.inject(_UNDONE[how], controller=2)
+            cell.inject(_UNDO_EVENTS[how], controller=2)
         cell.robots[1].positions[:2] = _TRAY[1]
         cell.run_until(lambda: not cell[f"Main.{first}.Lock.Valid"], within="1s")
         cell.run_until(lambda: _away(cell)[0] == _PLACE[0], within="20s")
@@ -185,7 +185,7 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
 def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
     name: str, waits: str
 ) -> None:
-    """The pendant of the second robot, whose place is not known yet, is plugged in.
+    """The pendant of the second robot is plugged in, and its place is not known yet.
 
     Source: head of TwoRobots.st: a fault of one is no fault of the other.
     """
@@ -220,7 +220,7 @@ def test_the_areas_of_both_lie_one_behind_the_other() -> None:
 
 
 def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
-    """Also around an emergency stop of the second robot, which has a part in its hand."""
+    """The second robot has a part in its hand during an emergency stop."""
     with _build("14_one_table") as cell:
         kept, there = False, list[bool]()
         while cell.now_us < 12_000_000:

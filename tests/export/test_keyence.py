@@ -15,9 +15,9 @@ from structured_text.export.parts import Sources
 from structured_text.language import syntax as s
 from structured_text.language.printer import init_text
 
-#: What a public project types into the tables of KV STUDIO 12 (KV-X520); see docs/how-to/export.md.
+#: Types in the tables of a public project of KV STUDIO 12 (KV-X520); see docs/how-to/export.md.
 _TYPES = {*("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "LREAL", "TIME", "STRING[80]")}
-#: What the types of IEC 61131-3 are in its tables.
+#: Types of IEC 61131-3, as its tables write them.
 _CALLED = {**{one: one for one in ("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "TIME",
                                    "RCX_REF")}, "WORD": "UINT", "BYTE": "UINT", "DWORD": "UDINT",
            "STRING": "STRING[80]", "RCX_WORDS": "ARRAY[1..15] OF UINT",
@@ -29,12 +29,12 @@ _KINDS = {"VAR_INPUT": "IN", "VAR_OUTPUT": "OUT", "VAR_IN_OUT": "IN-OUT"}
 
 @pytest.fixture(scope="module")
 def files(whole: bool) -> Mapping[str, str]:
-    """The folder."""
+    """Return the files of the folder."""
     return written("keyence", whole=whole).files
 
 
 def _rows(files: Mapping[str, str], path: str) -> dict[str, list[str]]:
-    """Direction, type, default and comment by name, of all tables of a declaration."""
+    """Return direction, type, default and comment by name, of all tables of a declaration."""
     found = {}
     for line in files.get(f"{path}.arguments.txt", "").splitlines():
         name, *row = line.split("\t")

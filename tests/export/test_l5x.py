@@ -24,13 +24,13 @@ from structured_text.language.types import BlockType
 
 @pytest.fixture(scope="module")
 def root(whole: bool) -> ET.Element:
-    """The sample."""
+    """Return the sample."""
     return ET.fromstring(written("l5x", whole=whole).files[""])
 
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The first example and what it needs."""
+    """Return a file with the first example and what it needs."""
     output = TARGETS["l5x"].write(example_sources("01_power_up"))
     (file,) = write(output, tmp_path_factory.mktemp("l5x") / "cell.L5X")
     return file
@@ -173,10 +173,10 @@ def test_bools_of_structures_are_bits_of_hidden_bytes(cell: Path) -> None:
 
 
 def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> None:
-    """What the Prescan routines and the first scan leave is what a new controller has.
+    """The Prescan routines and the first scan leave the state of a new controller.
 
-    A controller prescans every instruction, behind a condition that is FALSE, too; what is read
-    does it with its first call, so what an idle block does not call is still to come.
+    A controller prescans every instruction, including those behind a FALSE condition. The imported
+    program does it with its first call, so calls of idle blocks are still to come.
 
     Source: 1756-PM010, Prescan routine; chapter 5, 3.1: nothing starts by itself.
     """
@@ -216,7 +216,7 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> 
 
 
 def _drive(program: Program) -> None:
-    """CPU_OK and MP RDY are ON, the servos do not come on."""
+    """Set CPU_OK and MP RDY ON; the servos do not come on."""
     program.write("Main.Connected", True)
     program.write_bytes("Main.InputArea", bytes([0x12]), 32)
 

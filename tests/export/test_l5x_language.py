@@ -23,7 +23,7 @@ def _exported(folder: Path, text: str) -> Output:
 
 
 def _lines(folder: Path, variables: str, statements: str, declared: str = "") -> list[str]:
-    """The statements of a block as they are exported."""
+    """Return the statements of a block as they are exported."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statements}\nEND_FUNCTION_BLOCK"
     )
@@ -36,7 +36,7 @@ def _lines(folder: Path, variables: str, statements: str, declared: str = "") ->
     return [(line.text or "").strip("\n") for line in routine.iter("Line")]
 
 
-_FEW = """\
+_DECLARATIONS = """\
 TYPE
   FEW : (FEW_NONE, FEW_SOME);
 END_TYPE
@@ -89,7 +89,7 @@ def test_a_statement_is_said_in_the_words_of_logix(
     tmp_path: Path, variables: str, statement: str, wanted: list[str]
 ) -> None:
     """Source: 1756-PM007, Structured Text; 1756-RM003, COP and TONR."""
-    assert _lines(tmp_path, variables, statement, _FEW) == wanted
+    assert _lines(tmp_path, variables, statement, _DECLARATIONS) == wanted
 
 
 _DOUBLE = """\
@@ -237,13 +237,13 @@ def _values(program: Program, scans: int) -> list[dict[str, object]]:
 
 
 def _unsigned(key: str, value: object) -> object:
-    """A DWORD is a DINT there: the same bits."""
+    """Return a value as a DINT holds it: a DWORD has the same bits."""
     return value & 0xFFFFFFFF if key == "bits" and isinstance(value, int) else value
 
 
 @pytest.fixture
 def probe(tmp_path: Path) -> tuple[Program, Program]:
-    """A program that uses what is hard to carry, and the same read back from the file."""
+    """Return a program that is hard to export, and the same program read back from the file."""
     source = tmp_path / "Probe.st"
     source.write_text(_PROBE)
     output = export("l5x", program=[source], only_needed=True)
@@ -287,7 +287,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
 def test_a_part_that_is_not_carried_is_named(
     tmp_path: Path, variables: str, statement: str, said: str
 ) -> None:
-    """And so is what needs it."""
+    """The message also names what needs the part."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statement}\nEND_FUNCTION_BLOCK"
     )
@@ -305,7 +305,9 @@ def test_an_instruction_that_is_not_on_the_list_is_never_written(
     """Should the translation forget it. Source: Studio 5000 help, FLL: for ladder only."""
     monkeypatch.setattr(l5x_body, "copied", lambda source, target, *_: f"FLL(0, {target}, 1);")
     body = "  VAR\n    a, b : PAIR;\n  END_VAR\n  (* MOV(a) *)\n  a := b;\n"
-    output = _exported(tmp_path, f"{_FEW}FUNCTION_BLOCK FB_Mine\n{body}END_FUNCTION_BLOCK\n")
+    output = _exported(
+        tmp_path, f"{_DECLARATIONS}FUNCTION_BLOCK FB_Mine\n{body}END_FUNCTION_BLOCK\n"
+    )
     said = "FUNCTION_BLOCK FB_Mine: Structured Text of Logix has no FLL: FLL(0, a, 1);"
     assert left_out(output) == (said,)
     assert "FLL" not in output.files[""]

@@ -31,7 +31,7 @@ _PIN = "its initial value: set it where you call the block"
 _CONFIGURATION = "93: CONFIGURATION Config0: TASK Slow (line 95), PROGRAM Main (line 96)"
 _BLOCK = "FUNCTION_BLOCK FB_Mine"
 
-#: What each target does not carry of it, with the line: worked out by hand.
+#: Constructs that each target does not carry, with their lines, worked out by hand.
 _LOST = {
     "st": [],
     "plcopen": [],
@@ -87,7 +87,7 @@ END_CONFIGURATION
 
 @pytest.fixture
 def mine(tmp_path: Path) -> Path:
-    """The user's file."""
+    """Return the user's file."""
     file = tmp_path / "Mine.st"
     file.write_text(WITH_INITIAL_VALUES + _CONFIGURED)
     return file
@@ -294,7 +294,7 @@ END_PROGRAM
 
 
 def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Path) -> None:
-    """Read back, the program begins with the same values and goes on with the same ones.
+    """Read back, the program starts and continues with the same values.
 
     Source: 1756-PM010, Prescan routine.
     """
@@ -364,7 +364,7 @@ def test_a_function_without_a_word_stops_the_export_with_its_line(
 
 @pytest.fixture
 def given(tmp_path: Path) -> Path:
-    """A structure that is given to a function; its type may begin with values all the same."""
+    """Return a file with a structure that is passed to a function; its type has initial values."""
     file = tmp_path / "Given.st"
     file.write_text(
         "TYPE\n  PAIR : STRUCT\n    Low, Top : INT := 3;\n  END_STRUCT;\nEND_TYPE\n"
@@ -406,7 +406,7 @@ def test_l5x_takes_a_function_of_a_structure_that_begins_with_values(given: Path
 
 
 def test_l5x_clears_a_structure_before_it_gets_its_values(tmp_path: Path) -> None:
-    """By COP, in the Prescan routine. Source: Studio 5000 help, FLL: for ladder only."""
+    """COP clears it in the Prescan routine. Source: Studio 5000 help, FLL: for ladder only."""
     file = tmp_path / "Mine.st"
     file.write_text(_WHOLE)
     lines = export("l5x", program=[file], only_needed=True).files[""].splitlines()

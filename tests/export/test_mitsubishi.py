@@ -23,7 +23,7 @@ _TYPES = {
     *("Double Word [Unsigned]/Bit String [32-bit]", "FLOAT [Single Precision]"),
     *("FLOAT [Double Precision]", "Time", "String(80)"),
 }
-#: What the types of IEC 61131-3 are in the label editor.
+#: Types of IEC 61131-3, as the label editor writes them.
 _CALLED = {"BOOL": "Bit", "INT": "Word [Signed]", "DINT": "Double Word [Signed]",
            "WORD": "Word [Unsigned]/Bit String [16-bit]",
            "UINT": "Word [Unsigned]/Bit String [16-bit]",
@@ -51,7 +51,7 @@ _TITLES = ["Label Name", "Data Type", "Class", "Initial Value", "Constant", "Com
 
 @pytest.fixture(scope="module")
 def files(whole: bool) -> Mapping[str, str]:
-    """The folder."""
+    """Return the files of the folder."""
     return written("mitsubishi", whole=whole).files
 
 

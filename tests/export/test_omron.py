@@ -31,7 +31,7 @@ _RENAMED = {name: f"{name}_X" for name in ("Clear", "Next", "Out", "Reset")}
 
 @pytest.fixture(scope="module")
 def files(whole: bool) -> Mapping[str, str]:
-    """The folder."""
+    """Return the files of the folder."""
     return written("omron", whole=whole).files
 
 

@@ -73,14 +73,14 @@ END_CONFIGURATION
 
 @pytest.fixture(scope="module")
 def document(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sample in one project."""
+    """Return the sample as one project."""
     (file,) = write(written("plcopen", whole=whole), tmp_path_factory.mktemp("xml") / "rcx3.xml")
     return file
 
 
 @pytest.fixture(scope="module")
 def back(document: Path) -> list[Path]:
-    """The files that `rcx import` makes of it."""
+    """Return the files that `rcx import` makes of it."""
     return imported(document, document.parent / "back")
 
 

@@ -77,7 +77,7 @@ END_PROGRAM
 
 @cache
 def _names() -> set[str]:
-    """Names of types, blocks and functions, and members of enumerations, read off the sources."""
+    """Return types, blocks, functions and members of enumerations, as named in the sources."""
     found = {file.stem for file in LIB}
     for file in LIB:
         code = re.sub(r"\(\*.*?\*\)", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
@@ -88,12 +88,12 @@ def _names() -> set[str]:
 
 @cache
 def _renamed(prefix: str) -> Sources:
-    """The first example, and what it needs, under other names."""
+    """Return the first example and what it needs, with this prefix."""
     return sources_of(program=[EXAMPLES[0].folder], only_needed=True, prefix=prefix)
 
 
 def _new(word: str, prefix: str) -> str:
-    """A name of the library with its prefix, by hand: PROGRAM_STEP of RCX_PROGRAM_STEP is twice."""
+    """Return a name of the library with its prefix, worked out by hand."""
     if word.startswith("Zero_"):  # a tag of zeros that Logix copies from
         return f"Zero_{_new(word[5:], prefix)}"
     if word not in _names() or word.startswith(prefix):
@@ -102,7 +102,7 @@ def _new(word: str, prefix: str) -> str:
 
 
 def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
-    """The words of all files and their names outside of texts, paths, identifiers and dates.
+    """Return the words of all files and their names, but not those of texts, paths, ids and dates.
 
     An instance that a target makes is called like its function, with a number; what holds the bits
     of a structure in Logix, with the beginning of the structure's name.
@@ -121,7 +121,7 @@ def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", TARGETS)
 def test_every_library_name_and_no_other_has_the_prefix(target: str, prefix: str) -> None:
-    """In the library, in the program that uses it, in file names, tables and steps."""
+    """The prefix is in the library, the program that uses it, file names, tables and steps."""
     plain = TARGETS[target].write(example_sources(EXAMPLES[0].name))
     renamed = TARGETS[target].write(_renamed(prefix))
     before, after = _words(dict(plain.files), prefix), _words(dict(renamed.files))
@@ -135,7 +135,7 @@ def test_every_library_name_and_no_other_has_the_prefix(target: str, prefix: str
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", ["st", "plcopen", "l5x"])
 def test_a_renamed_example_has_the_same_trace(target: str, prefix: str, tmp_path: Path) -> None:
-    """As one file, as PLCopen XML read back, and as Logix instructions read back."""
+    """The export is one file, PLCopen XML read back, or Logix instructions read back."""
     example = EXAMPLES[0]
     name = {"st": "one.st", "plcopen": "one.xml", "l5x": "one.L5X"}[target]
     files = write(TARGETS[target].write(_renamed(prefix)), tmp_path / name)

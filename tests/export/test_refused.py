@@ -44,7 +44,7 @@ def _check(tool: str, file: Path) -> int:
 
 
 def _found(out: str, file: Path) -> list[tuple[int, bool, str]]:
-    """Line, whether it is certain, and the text, of each finding."""
+    """Return line, whether it is certain, and text of each finding."""
     pattern = re.compile(rf"{re.escape(str(file))}:(\d+):\d+: (refused|may be refused): (.+)")
     return [(int(one[1]), one[2] == "refused", one[3]) for one in pattern.finditer(out)]
 
@@ -190,7 +190,7 @@ def test_the_table_names_known_constructs_tools_and_sources() -> None:
 
 
 def test_a_construct_without_a_source_is_assumed() -> None:
-    """Neither taken nor refused: `None`, told as "may be refused"."""
+    """The construct is neither accepted nor refused: `None`, reported as "may be refused"."""
     at = Position(1, 1)
     keyence = tools()["keyence"]
     assert all(keyence.verdict(Use(name, Path("x.st"), at)) is None for name in CONSTRUCTS)

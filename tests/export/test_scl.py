@@ -20,7 +20,7 @@ from structured_text.language.parser import parse
 
 @pytest.fixture(scope="module")
 def text(whole: bool) -> str:
-    """The source file."""
+    """Return the source file."""
     return written("scl", whole=whole).files[""]
 
 
@@ -33,7 +33,7 @@ def _block(text: str, name: str) -> str:
 
 
 def _bodies(files: Iterable[Path]) -> dict[str, Any]:
-    """The statements of each POU; calls have their arguments by position."""
+    """Return the statements of each POU; calls have their arguments by position."""
     pous = [node for file in files for node in parse(file).declarations if isinstance(node, s.Pou)]
     return {node.name.text: _unnamed(shape(node.body)) for node in pous}
 
@@ -47,7 +47,7 @@ def _unnamed(node: Any) -> Any:
 
 
 def _differing(sources: Sources, text: str, folder: Path) -> list[str]:
-    """The POUs whose statements, read back, are not those of the sources."""
+    """Return the POUs whose statements, read back, differ from the sources."""
     file = folder / "cell.scl"
     file.write_text(text, encoding="utf-8")
     parts = sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM")

@@ -26,14 +26,14 @@ Captured = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def single(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sample in one file."""
+    """Return the sample as one file."""
     (file,) = write(written("st", whole=whole), tmp_path_factory.mktemp("st") / "rcx3.st")
     return file
 
 
 @pytest.fixture(scope="module")
 def original(sources: Sources) -> list[Path]:
-    """The files that are exported."""
+    """Return the files that are exported."""
     return list(dict.fromkeys(part.file for part in sources.parts))
 
 

@@ -24,7 +24,7 @@ _ALL = [one for one in EXAMPLES if one.name[:2] != "09"]
 _CASES = [(target, one.name) for target in _READ for one in (_ALL if target == "l5x" else EXPORTED)]
 
 _LIB = ROOT / "plc/lib"
-#: What runs a program of SCL: a block there, which an OB calls.
+#: A program of SCL is a block, which an OB calls.
 _OB = """\
 DATA_BLOCK "Main"
 {{ S7_Optimized_Access := 'TRUE' }}
@@ -42,7 +42,7 @@ END_ORGANIZATION_BLOCK
 
 
 def _files(target: str, example: Example, folder: Path) -> list[Path]:
-    """What runs the example: its export, and its task where that is not carried."""
+    """Return the files that run the example: its export, and its task if that is not exported."""
     output = TARGETS[target].write(example_sources(example.name))
     write(replace(output, recorded=True), folder / _READ[target])
     files = [folder / _READ[target]]
@@ -84,7 +84,7 @@ def test_an_export_is_the_same_every_time(target: str) -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("target", TARGETS)
 def test_the_library_is_carried_whole(target: str) -> None:
-    """Where there are no bytes, the blocks for words stand for the others."""
+    """If a target has no bytes, the blocks for words replace the others."""
     assert {one.name for one in library().parts} == {file.stem for file in _LIB.rglob("*.st")}
     output = TARGETS[target].write(library())
     assert all(one.replaced for one in output.missing), output.missing

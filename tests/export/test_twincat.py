@@ -14,13 +14,13 @@ from structured_text.export.output import write
 from structured_text.export.parts import Sources
 
 #: One object of each kind; the exhaustive test parses every object, which takes minutes.
-_SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxAreaError", "FB_Sample")
+_QUICK_OBJECTS = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxAreaError", "FB_Sample")
 _MSBUILD = "{http://schemas.microsoft.com/developer/msbuild/2003}"
 
 
 @pytest.fixture(scope="module")
 def folder(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The project of the sample."""
+    """Return the project of the sample."""
     place = tmp_path_factory.mktemp("twincat")
     write(written("twincat", whole=whole), place)
     return place
@@ -38,8 +38,8 @@ def _errors(file: Path) -> list[str]:
 
 def test_blark_parses_the_objects(folder: Path) -> None:
     """Read by a parser of Beckhoff's dialect and file formats, blark."""
-    files = [file for file in _objects(folder) if file.stem in _SOME]
-    assert len(files) == len(_SOME)
+    files = [file for file in _objects(folder) if file.stem in _QUICK_OBJECTS]
+    assert len(files) == len(_QUICK_OBJECTS)
     for file in files:
         assert _errors(file) == [], file.name
 

@@ -25,7 +25,7 @@ from structured_text.export.words import FOLDER, unwritten, words
 from structured_text.language import standard
 from structured_text.language.scalars import ELEMENTARY
 
-#: Those of the second edition; what came later is refused as no part of the portable subset.
+#: Names of the second edition; later names are not in the portable subset and are refused.
 FUNCTIONS, BLOCKS = (
     {key: one for key, one in every.items() if standard.reserved(key)}
     for every in (dict[str, Any](standard.FUNCTIONS), dict[str, Any](standard.BLOCKS))
@@ -77,7 +77,7 @@ def _exported(target: str, folder: Path, text: str) -> tuple[Mapping[str, str], 
 
 
 def _body(target: str, files: Mapping[str, str], name: str) -> str:
-    """The statements of a block as a target has written them; empty if it has not."""
+    """Return the statements of a block as a target writes them; empty if it does not write it."""
     if target in ("st", "scl", "plcopen", "l5x"):
         text = files[""]
     else:
@@ -109,7 +109,7 @@ def _root(text: str) -> ET.Element:
 
 
 def _called(body: str) -> set[str]:
-    """What stands before a parenthesis, but for variables and words of statements."""
+    """Return the names before a parenthesis, without variables and words of statements."""
     plain = re.sub(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)", " ", body, flags=re.DOTALL)
     names = re.findall(r'(?<![\w.#"])([A-Za-z_]\w*)\s*\(', plain)
     conversions = tuple(f"{one}_TO_" for one in ELEMENTARY)
@@ -121,7 +121,7 @@ _KEYWORDS = ("IF", "ELSIF", "WHILE", "UNTIL", "CASE", "NOT", "AND", "OR", "XOR",
 
 @cache
 def _listed(target: str) -> set[str]:
-    """Names that may stand before a parenthesis."""
+    """Return the names that are allowed before a parenthesis."""
     found = words(_LISTS[target])
     forms = (*found.functions.values(), *found.instructions.values())
     return {one.name for one in forms if not one.is_operator}
@@ -166,7 +166,7 @@ def test_later_functions_and_blocks_are_refused_by_name(target: str, tmp_path: P
 
 @pytest.mark.parametrize("name", sorted(file.stem for file in FOLDER.glob("*.toml")))
 def test_every_entry_of_a_list_has_a_source(name: str) -> None:
-    """And each form is one of a name with parameters, or an operator."""
+    """Each form is a name with parameters, or an operator."""
     found = words(name)
     sources = entry_sources(name)
     assert len(sources) >= len(found.functions) + len(found.blocks) + 3
@@ -302,7 +302,10 @@ def test_scl_has_the_types_of_instances(kind: str, declared: str, tmp_path: Path
 
 
 def test_the_flip_flops_written_for_scl_are_those_of_the_standard(tmp_path: Path) -> None:
-    """In each order of inputs. Source: IEC 61131-3, edition 2, tables 34.1 and 34.2."""
+    """The inputs are applied in each order.
+
+    Source: IEC 61131-3, edition 2, tables 34.1 and 34.2.
+    """
     files, _ = _exported("scl", tmp_path, _instance("SR") + _instance("RS"))
     blocks = re.findall(r'FUNCTION_BLOCK "RCX_[SR]+"\n.*?END_FUNCTION_BLOCK', files[""], re.DOTALL)
     assert len(blocks) == 2
@@ -333,7 +336,7 @@ def _scanned(program: Program, scan: int, b: bool, c: bool) -> tuple[object, obj
 
 
 def test_functions_of_the_users_get_their_arguments_by_name_in_scl(tmp_path: Path) -> None:
-    """SCL takes arguments of more than one parameter by name."""
+    """SCL passes the arguments by name if there is more than one parameter."""
     own = (
         "FUNCTION FC_Of : INT\n  VAR_INPUT\n    First, Second : INT;\n  END_VAR\n"
         "  FC_Of := First - Second;\nEND_FUNCTION\n"

@@ -25,7 +25,7 @@ _RECORD = "rcx-export.json"
 
 @pytest.fixture
 def plc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a program that needs a function of the library, in which the user stands."""
+    """Return the current folder, whose program needs a function of the library."""
     folder = tmp_path / "plc"
     folder.mkdir()
     (folder / "Mine.st").write_text(_program("FC_RcxWord(LowByte := BYTE#16#01, HighByte := b)"))
@@ -182,7 +182,7 @@ def test_an_earlier_export_is_replaced_on_request(plc: Path, capsys: Captured) -
 
 
 def test_unneeded_objects_of_an_earlier_export_go(plc: Path, capsys: Captured) -> None:
-    """But not what the user has changed, or put there."""
+    """Files that the user has changed or added stay."""
     lib = plc.parent / "lib"
     for name in ("core/FC_RcxWord", "core/FC_RcxBitMask", "core/FC_RcxOutside", "points/FC_One"):
         (lib / name).parent.mkdir(parents=True, exist_ok=True)

@@ -11,11 +11,11 @@ from fault_run import FAULTS, Case, rig
 from fault_scenarios import SCENARIOS
 from rcx_tools.library import files as generated
 
-_TOLD = 3
+_MOST_SHOWN = 3
 
 
 def test_every_edge_triggered_block_has_a_scenario() -> None:
-    """The generated blocks are alike (tests/tools/library/test_generated.py): two stand for all."""
+    """Generated blocks are alike (tests/tools/library/test_generated.py), so two represent all."""
     alike = {path.rpartition("/")[2].removesuffix(".st") for path in generated()}
     assert set(library().edge) - alike == set(SCENARIOS) - {"FB_MovePtp", "FB_ReadPoint"}
 
@@ -69,4 +69,6 @@ def _run(block: str, cases: list[Case]) -> None:
             rig(block).run(case)
         except CaseFailure as failure:
             failures.append(str(failure))
-    assert not failures, f"{len(failures)} of {len(cases)} cases:\n" + "\n".join(failures[:_TOLD])
+    assert not failures, f"{len(failures)} of {len(cases)} cases:\n" + "\n".join(
+        failures[:_MOST_SHOWN]
+    )

@@ -47,7 +47,7 @@ def running() -> Iterator[Adapter]:
 
 @pytest.fixture
 def adapter(running: Adapter) -> Adapter:
-    """The adapter without a connection, assembly 150 all 0."""
+    """Return the adapter without a connection, with assembly 150 all 0."""
     waiting = threading.Event()
     while running.shared.status().connections:  # the close of the last one is under way
         waiting.wait(0.001)
@@ -57,7 +57,7 @@ def adapter(running: Adapter) -> Adapter:
 
 @pytest.fixture
 def scan(adapter: Adapter) -> Run:
-    """Runs `rcx scan` on the adapter, by default for a single look."""
+    """Return a function that runs `rcx scan` on the adapter, by default for a single scan."""
 
     def run(*options: str, duration: str = "0s") -> int:
         host, port = adapter.address
@@ -302,7 +302,7 @@ def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
 
 @pytest.fixture
 def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
-    """An adapter of another maker: 600 bytes each way."""
+    """Return an adapter of another maker, with 600 bytes in each direction."""
     monkeypatch.setattr("rcx_harness.enip.target.adapter.check_size", lambda size: None)
     with Adapter(600, cyclic=0) as made:
         made.write_to_master(bytes([0x12, 0x34]) + bytes(597) + b"\xff")
@@ -355,7 +355,7 @@ def test_changes_of_other_sizes_are_shown_by_their_bytes(other: Adapter) -> None
 def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     running: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It is connected to 100 and 150 here, as another adapter would let it be to 101 and 151."""
+    """The scanner is connected to 100 and 150, as another adapter would allow 101 and 151."""
     forward_open = OpenRequest.forward_open
     monkeypatch.setattr(
         *(OpenRequest, "forward_open"),
@@ -522,7 +522,7 @@ def test_a_lost_connection_is_reported() -> None:
 
 
 def test_a_dead_process_is_reported(running: Adapter, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On the way the connection is lost for that reason; before the first packet it is an error."""
+    """A loss of the connection names this cause; before the first packet it is an error."""
     told: list[str] = []
     made: list[Scanner] = []
     open_ = Scanner.open

@@ -53,7 +53,7 @@ class Table:
         self._program.write(f"Main.{path}", value)
 
     def ready(self, robot: int) -> None:
-        """Link, CPU_OK and servos are there."""
+        """Set link, CPU_OK and servos."""
         for name in ("Connected", "SO.SO01_CpuOk", "SO.SO02_ServoOn"):
             self[f"Robot{robot}.{name}"] = True
 
@@ -66,7 +66,7 @@ class Table:
 
     @property
     def shown(self) -> str:
-        """Of each robot Valid, Busy, Error or nothing as one letter, with * while it holds."""
+        """Return one letter per robot for Valid, Busy, Error or none, with * while it holds."""
         letters = []
         for k in _ROBOTS:
             on = [name[0] for name in ("Valid", "Busy", "Error") if self[f"Lock{k}.{name}"]]
@@ -74,7 +74,7 @@ class Table:
         return " ".join(letters)
 
     def error(self, robot: int) -> object:
-        """Its ErrorID."""
+        """Return the ErrorID of a robot."""
         return self[f"Lock{robot}.ErrorID"]
 
     def want(self, *robots: int) -> None:
@@ -84,19 +84,19 @@ class Table:
             self.scan()
 
     def leave(self, robot: int) -> None:
-        """Its Enable falls."""
+        """Reset Enable of a robot."""
         self[f"Lock{robot}.Enable"] = False
         self.scan()
 
     def acknowledge(self, robot: int) -> None:
-        """A press of one scan."""
+        """Press Acknowledge for one scan."""
         self[f"Lock{robot}.Acknowledge"] = True
         self.scan()
         self[f"Lock{robot}.Acknowledge"] = False
 
 
 def _table(*wanting: int, engine: str = "auto") -> Table:
-    """Nobody was in the area two scans after the start; then these asked for it one by one."""
+    """Return a table of robots that asked one by one, after two scans with nobody in the area."""
     table = Table(engine)
     assert table.scan(2) == "- - -"
     table.want(*wanting)
@@ -157,7 +157,7 @@ def test_it_is_held_until_the_robot_is_outside() -> None:
 
 
 def test_outside_alone_does_not_release_it() -> None:
-    """It has been granted and is on its way in, or goes in again."""
+    """The robot may have the grant and be on its way in, or go in again."""
     table = _table(1, 2)
     for outside in (False, True):
         table["Lock1.Outside"] = outside
@@ -241,7 +241,7 @@ def test_a_robot_lost_in_the_area_holds_it_until_acknowledge(signal: str, number
 
 
 def test_a_robot_that_stands_in_the_area_without_enable_keeps_it_too() -> None:
-    """It holds the area until it is outside, and is lost meanwhile."""
+    """The robot holds the area until it is outside; meanwhile its link is lost."""
     table = _table(1)
     table["Lock1.Outside"] = False
     table.leave(1)
@@ -311,7 +311,7 @@ def test_a_waiting_robot_that_is_lost_gives_its_place_up() -> None:
 
 
 def test_a_place_that_is_not_known_any_more_counts_as_inside() -> None:
-    """A position bit goes FALSE with the link; the robot was outside, and nothing is kept."""
+    """A position bit goes FALSE with the link. The earlier position, outside, is not remembered."""
     table = _table()
     table["Robot2.Connected"] = table["Lock2.Outside"] = False
     assert table.scan() == "- -* -"
@@ -355,9 +355,9 @@ def test_a_wait_has_a_limit() -> None:
     [("T#1ms", 1), ("T#300ms", 30), ("T#301ms", 31), ("", 6000), ("T#0s", None)],
 )
 def test_a_time_limit_counts_from_the_scan_of_the_request(limit: str, scans: int | None) -> None:
-    """The scan of 10 ms in which it is reached ends the wait.
+    """The wait ends in the 10 ms scan in which the limit is reached.
 
-    Without a limit of the user's it is a minute; T#0s is no limit.
+    The default limit is one minute; T#0s means no limit.
     """
     table = _table()
     if limit:
@@ -392,7 +392,7 @@ def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
 
 @pytest.mark.parametrize("number", [100, 65_531])
 def test_a_robot_that_was_not_called_while_it_waited_is_the_last(number: int) -> None:
-    """Also where the scan numbers begin again at 0 with the call after that."""
+    """The scan numbers may start again at 0 with the call after that."""
     table = _table()
     table["Robot2.Inner.Scan"] = number
     table.want(1, 2, 3)
@@ -433,7 +433,7 @@ def test_requests_that_are_given_up_in_one_scan_cost_nothing_either() -> None:
 
 @pytest.mark.parametrize("pause", [1, 2])
 def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None:
-    """What it saw in its last wait is not of now: the area passes on within the scan."""
+    """What the robot saw in its last wait is outdated. The area passes on within the scan."""
     table = _table(2, 3, 1)
     table["Lock1.Enable"] = False
     table.scan(pause)
@@ -442,7 +442,7 @@ def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None
 
 
 def _with_a_fourth_robot() -> Table:
-    """A robot that is called elsewhere has the area; 1, 3 and 2 wait, in this order."""
+    """Return a table in which a fourth robot has the area; 1, 3 and 2 wait in this order."""
     table = _table()
     table["Area.Holders"] = 1
     table.want(1, 3, 2)
@@ -461,7 +461,7 @@ def test_if_the_first_is_not_called_any_more_the_others_keep_their_order() -> No
 
 
 def test_the_next_one_has_its_turn_in_the_scan_in_which_the_first_gives_up() -> None:
-    """And the area becomes free: nobody steps in between."""
+    """The area becomes free, and no other robot can take it in between."""
     table = _with_a_fourth_robot()
     table["Area.Holders"] = 0
     table.leave(1)

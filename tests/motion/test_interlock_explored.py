@@ -39,9 +39,10 @@ def test_two_robots_are_explored_to_the_end() -> None:
 
 @pytest.mark.exhaustive
 def test_a_robot_that_keeps_asking_is_let_in_once_the_other_has_left() -> None:
-    """The other is called again, gives up, and is outside: one of these in each scan.
+    """In each scan the other robot is called again, gives up, or is outside.
 
-    Robot 2 is called after robot 1, and so let in while that leaves; robot 1 a scan later.
+    Robot 2 is called after robot 1, so it enters in the scan in which robot 1 leaves; robot 1
+    enters one scan later.
     """
     pair = InterlockModel("pair", "two robots", robots=2, moves=("go", "out", "called"))
     result = explored(pair)

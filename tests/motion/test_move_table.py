@@ -67,7 +67,7 @@ _RAMPS = {"Acceleration": 30, "Deceleration": 40}
     ],
 )  # fmt: skip
 def test_each_kind_of_row_is_its_telegram(row: Row, words: list[int], engine: str) -> None:
-    """And each end is taken, normal or not.
+    """The table accepts a normal and an abnormal end.
 
     Source: guide 4.2.1, 4.2.2, 4.2.5, 4.5.1, the tables of the commands.
     """
@@ -150,7 +150,7 @@ _NONE, _ALL = [{}, *rows_to(2)], rows_to(*range(1, 51))
 def test_the_rows_run_one_after_the_other(
     rows: list[Row], pins: dict[str, Any], points: list[int], engine: str
 ) -> None:
-    """From StartRow to MOVE_END, Rows or the end of the array, or back to row 1.
+    """The table runs from StartRow to MOVE_END, Rows or the end of the array, or back to row 1.
 
     Source: RCX_MOVE_KIND; RCX_MOVES: rows 1 to 50; the block's pins.
     """
@@ -192,7 +192,7 @@ def test_a_start_behind_the_end_of_the_table_is_refused(row: int, back: bool, en
 def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
     pin: str, value: bool, error: int, row: int, engine: str
 ) -> None:
-    """At MOVE_END, of an empty table, too; the cause may have gone in the next scan.
+    """The table is empty or at MOVE_END; the cause may have gone in the next scan.
 
     Source: pin Error: refused, broken off
     """
@@ -213,7 +213,7 @@ def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
-    """Where that row ends normally, nothing is missing. Source: pin Done: all rows are done."""
+    """If the last row ends normally, nothing is missing. Source: pin Done: all rows are done."""
     plc = moving(*rows_to(1), engine=engine)
     plc["Table.Abort"] = True
     plc.scan(5)
@@ -238,7 +238,7 @@ def test_rows_that_come_while_the_table_runs_are_run() -> None:
      {"MovesSize": 49}],
 )  # fmt: skip
 def test_a_row_that_the_table_does_not_have_is_refused(pins: dict[str, Any], engine: str) -> None:
-    """Nor are there more rows than RCX_MOVES has: MovesSize.
+    """MovesSize cannot exceed the number of rows in RCX_MOVES.
 
     Source: no section (this library's own).
     """
@@ -325,7 +325,7 @@ def test_a_row_waits_for_a_bit(number: int, bits: int, state: bool, engine: str)
 def test_a_wait_is_limited(
     arrival: str, error: int, duration: str, scans: int, engine: str
 ) -> None:
-    """By Duration, or by Timeout where the row gives none; it can be gone on with.
+    """Duration limits it, or Timeout if the row gives none. The table can be continued.
 
     Source: RCX_ARRIVAL.
     """
@@ -406,7 +406,10 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_edge_before_a_call_has_been_shown_is_not_for_it(engine: str) -> None:
-    """Nobody can have done what nobody was asked for. Source: RCX_ARRIVAL, ARRIVE_CALL."""
+    """The request was not yet visible, so the edge cannot be the answer to it.
+
+    Source: RCX_ARRIVAL, ARRIVE_CALL.
+    """
     rows = [
         {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 7},
         {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 8},
@@ -458,7 +461,7 @@ def test_row_0_is_begun_with_its_movement() -> None:
 @pytest.mark.parametrize("kind", ["MOVE_BY_PTP", "MOVE_BY_LINEAR", "MOVE_BY_MM"])
 @pytest.mark.parametrize("lost", ["no call", "time-out", "link"])
 def test_a_relative_row_that_may_be_done_is_not_repeated_unseen(kind: str, lost: str) -> None:
-    """Somebody says that it is done, or that it is not.
+    """A person decides whether the row is done or not.
 
     Source: guide 4.2.2: a relative movement adds to where the robot stands
     """

@@ -103,7 +103,7 @@ _FAULTS = [
     pytest.param({"outputs": {"SO02": False}}, 0x800C, id="servos off"),
     pytest.param({"Connected": False}, 0x8001, id="link"),
 ]
-#: What ends a table that began in AUTO mode; in MANUAL mode one may begin.
+#: Events that end a table started in AUTO mode; a table may start in MANUAL mode.
 _ENDS = [*_FAULTS, pytest.param({"outputs": {"SO10": False}}, 0x8006, id="AUTO mode off")]
 
 
@@ -122,7 +122,7 @@ def _fault(plc: PlcBench, fault: dict[str, Any], *, there: bool) -> None:
 def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
     fault: dict[str, Any], error: int, engine: str
 ) -> None:
-    """In a wait nothing is on the wire that the controller could end.
+    """During a wait no command is running that the controller could end.
 
     Source: manual chapter 1, 5.2; chapter 5, 3.1 and 3.3.
     """
@@ -223,7 +223,9 @@ def test_a_time_limit_leaves_the_row_shown_with_the_command_that_is_held() -> No
 
 
 def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() -> None:
-    """It ends while its command waits behind another one's; called again it does not take it up.
+    """The table ends while its command waits for another block's.
+
+    The second call does not resume it.
 
     Source: no section (this library's own).
     """
@@ -243,7 +245,7 @@ def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() ->
 
 
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
-    """It would run with pins of the start before, beside the command that still waits.
+    """The table would run with the old pins, while its earlier command still waits.
 
     Source: no section (this library's own).
     """
@@ -318,7 +320,7 @@ def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
 
 @pytest.mark.parametrize("hold", [True, False])
 def test_after_a_missing_call_no_command_goes_out(hold: bool) -> None:
-    """Nor does it go on by itself where Hold falls afterwards. Source: scan-model.md."""
+    """The table does not continue by itself when Hold falls afterwards. Source: scan-model.md."""
     plc = started(*rows_to(1, 2), Hold=hold)
     plc["CallTable"] = False
     plc.scan()
@@ -380,7 +382,7 @@ def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None
 
 
 def _doubtful() -> PlcBench:
-    """Row 2 of three is relative; it went out, and its end was not seen."""
+    """Return a bench whose relative row 2 of three went out without a visible end."""
     relative = {"Kind": "MOVE_BY_PTP", "Axes": 1}
     plc = moving(*rows_to(1), relative, *rows_to(3), Rows=3, StartRow=2)
     plc["CallTable"] = False
@@ -401,7 +403,7 @@ def _doubtful() -> PlcBench:
 def test_after_a_refused_start_a_relative_row_stays_doubtful(
     pins: dict[str, Any], error: int
 ) -> None:
-    """An illegal row, or a stop: the row after that is still the one that may be done.
+    """After an illegal row or a stop, the next row is still the one that may already be done.
 
     Source: docs/reference/errors.md, 16#8055; guide 4.2.2: a relative movement adds to where the
     robot stands
@@ -422,7 +424,10 @@ def test_after_a_refused_start_a_relative_row_stays_doubtful(
 
 
 def test_a_row_that_does_not_depend_on_the_interrupted_one_may_begin() -> None:
-    """Where the robot goes there does not depend on it. Source: guide 4.2.1, absolute movement."""
+    """The target of such a row does not depend on where the robot is.
+
+    Source: guide 4.2.1, absolute movement.
+    """
     plc = _doubtful()
     restart(plc, StartRow=3)
     assert runs(plc) == [3]

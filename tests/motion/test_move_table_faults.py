@@ -36,7 +36,7 @@ _ROWS: dict[tuple[int, ...], tuple[int, bool]] = {
     (0x0301, 0x1020, 0): (4, True),
 }
 _ALL = list(_ROWS.values())
-#: What is injected, and what takes it away.
+#: An injected event, and the event that ends it.
 _FAULTS = {
     "emergency stop": ("emergency_stop", "emergency_stop_release"),
     "stop": ("StopOk", "StopOk"),
@@ -59,7 +59,7 @@ class _Watched:
         self.judged = 0
 
     def scan(self) -> None:
-        """One scan, judged."""
+        """Run one scan and check it."""
         before = self.cell.scans
         self.cell.run("10ms")
         if self.cell.scans == before:
@@ -89,7 +89,7 @@ class _Watched:
         raise AssertionError(f"{name} is not {value} within {most} scans")
 
     def go(self) -> None:
-        """A rising edge of Execute."""
+        """Give Execute a rising edge."""
         self.cell["Main.Go"] = False
         self.scan()
         self.started = True
@@ -97,7 +97,7 @@ class _Watched:
         self.scan()
 
     def recover(self) -> None:
-        """Causes are gone: alarm reset and servos on, by the operator."""
+        """Recover after the causes are gone: the operator resets the alarm, then servos on."""
         self.cell["Main.Recover"] = self.cell["Main.Go"] = False
         self.scan()
         self.cell["Main.Recover"] = True
@@ -112,7 +112,7 @@ class _Watched:
 
 
 def _row(words: list[int]) -> tuple[int, bool]:
-    """Whose telegram this is.
+    """Return to which row a telegram belongs.
 
     Source: guide 4.2.1: point at n + 8; 4.2.5: pallet at n + 8, work position at n + 10; 4.5.1:
     port and bit at n + 4, value at n + 6.
@@ -133,7 +133,7 @@ def _row(words: list[int]) -> tuple[int, bool]:
 def _started(
     rows: list[dict[str, Any]] = _TABLE, lib: Path | None = None, **knobs: Any
 ) -> Iterator[_Watched]:
-    """The servos are on; the table has just been started."""
+    """Return a cell with the servos on, whose table has just been started."""
     config = RobotConfig.load(ROOT / "tests/data/library/table_run.toml")
     config = replace(config, **knobs)
     with Cell.build(
@@ -157,7 +157,7 @@ def _inject(cell: Cell, event: str, *, there: bool) -> None:
 
 
 def _survives(watched: _Watched, fault: str, lasts: int) -> None:
-    """The fault now; its cause goes; nothing begins; recovered and started, all gets done."""
+    """Check that a fault starts no movement, and that all rows are done after recovery."""
     cell = watched.cell
     come, go = _FAULTS[fault]
     _inject(cell, come, there=True)
@@ -197,7 +197,7 @@ def test_the_row_that_is_shown_is_the_row_that_runs_and_goes_on(fault: str, last
 
 
 def _before_each_scan(watched: _Watched, fault: str, lasts: int) -> int:
-    """Inject it before each scan of a run, and go on; so many scans it was."""
+    """Inject a fault before each scan of a run in turn, and return the number of scans."""
     tried = 0
     while watched.cell["Main.Table.Busy"]:
         tried += 1
@@ -228,7 +228,7 @@ def test_a_table_that_shows_another_row_at_a_fault_is_noticed() -> None:
 
 @pytest.mark.parametrize(("start", "travels"), [("keep", True), ("reset", False)])
 def test_a_stopped_relative_row_goes_on_as_configured(start: str, travels: bool) -> None:
-    """With Keep it ends where it was to end, with Reset by its distance from where it stopped.
+    """With Keep it ends at its original target; with Reset it moves its distance from the stop.
 
     Source: guide 4.2.2, notes.
     """

@@ -41,14 +41,14 @@ def _answer(plc: PlcBench, code: int, *response: int) -> int:
 
 
 def _begun(engine: str = "auto", auto: int = 50, **pins: Any) -> PlcBench:
-    """Enabled, and the controller has said that the automatic speed is `auto`."""
+    """Return an enabled bench whose controller has reported the automatic speed `auto`."""
     plc = _plc(engine, Enable=True, **pins)
     _answer(plc, 0x050A, 0, auto, 70, 80)
     return plc
 
 
 def _moving(engine: str = "auto", percent: int = 50, **pins: Any) -> PlcBench:
-    """At 50 %, a step up waits for the end of a movement that is out."""
+    """Return a bench at 50 % whose step up waits for the end of a running movement."""
     plc = _begun(engine, percent, Percent=percent)
     plc.scan(3)
     plc["First.Code"], plc["First.Execute"] = 0x0001, True
@@ -65,7 +65,9 @@ def _percents(plc: PlcBench, count: int, code: int = 0x0039) -> list[int]:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_it_reads_the_speed_and_goes_up_in_steps(engine: str) -> None:
-    """From 50 to 75 % by at most 10 %; n + 4 is the speed, the code that of the automatic one.
+    """It rises from 50 to 75 % in steps of at most 10 %.
+
+    n + 4 is the speed; the code is that of the automatic speed.
 
     Source: remote command guide 4.7.8, AUTO mode speed in m + 4; 4.2.15
     """
@@ -88,7 +90,7 @@ def test_the_command_goes_to_the_designated_robot() -> None:
 
 
 def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
-    """Also while a step up waits for its time."""
+    """A step up may be waiting for its time."""
     plc = _begun(Percent=80, Pace="T#10s")
     assert _percents(plc, 1) == [60]
     plc.scan(10)
@@ -100,7 +102,7 @@ def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
 
 @pytest.mark.parametrize("pace", [None, 500])
 def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
-    """From the code of one to that of the next, and no more than three scans longer; 200 ms.
+    """From code to code there are 200 ms, and at most three scans more.
 
     Source: pin Pace: from one step up to the next, at least
     """
@@ -117,7 +119,7 @@ def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
-    """It has waited for the end of a movement for longer than that.
+    """The step has waited longer than that for the end of a movement.
 
     Source: pin Pace: from one step up to the next, at least
     """
@@ -187,7 +189,7 @@ def test_a_step_that_waits_goes_no_lower_and_no_higher_than_what_is_wanted_by_th
 
 @pytest.mark.parametrize("scans", range(5))
 def test_a_percent_is_out_for_a_scan_before_its_code_and_then_stays(scans: int) -> None:
-    """Whenever it is lowered; then the lower one follows in a command of its own.
+    """This holds whenever the percent is lowered; the lower value follows in a command of its own.
 
     Source: remote command guide chapter 2: the data first; both held until the end status
     """
@@ -396,7 +398,7 @@ def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
 
 
 def _waiting() -> PlcBench:
-    """A step from 50 to 20 % waits for the end of another command."""
+    """Return a bench in which a step from 50 to 20 % waits for the end of another command."""
     plc = _begun(Percent=50)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(4)
@@ -406,7 +408,7 @@ def _waiting() -> PlcBench:
 
 
 def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
-    """It would change a speed that the program no longer leaves to this block."""
+    """A later step would change a speed that the program no longer leaves to this block."""
     plc = _waiting()
     plc["SpeedOverride.Enable"] = False
     plc.scan()
@@ -417,7 +419,7 @@ def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
 
 @pytest.mark.parametrize(("pin", "value", "error"), [("Percent", 0, 0x8042), ("Rise", 101, 0x8045)])
 def test_a_waiting_step_is_withdrawn_at_a_refused_input(pin: str, value: int, error: int) -> None:
-    """Nothing goes out after the Error, which stays as it is; nor does what is out count less."""
+    """After the Error nothing goes out and the Error stays. A command already sent still counts."""
     plc = _waiting()
     plc[f"SpeedOverride.{pin}"] = value
     plc.scan()
@@ -454,7 +456,7 @@ def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
 
 
 def _steady(engine: str = "builtin", **pins: Any) -> PartBench:
-    """The speed is 60 %; a step goes to any other one."""
+    """Return a bench with a speed of 60 %, from which a single step leads to any other speed."""
     bench = PartBench(engine)
     for name, value in {**pins, "Percent": 60, "Rise": 100, "Enable": True}.items():
         bench[f"Speed.{name}"] = value
@@ -483,7 +485,10 @@ def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
 @pytest.mark.parametrize(("code", "seen"), [(0x0039, True), (0x1039, True), (0x2039, False)])
 @pytest.mark.parametrize("robot", [0, 1])
 def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, robot: int) -> None:
-    """Of this robot; 0 is robot 1. Source: guide 4.2.15; 1.1, robot designation."""
+    """Only a block for the same robot counts; 0 means robot 1.
+
+    Source: guide 4.2.15; 1.1, robot designation.
+    """
     bench = _steady(RobotNumber=robot)
     bench.send(code, 0, 100)
     bench.scan(8)
@@ -515,7 +520,7 @@ def test_the_speed_is_not_known_after_missing_calls_that_end_in_another_error(
 
 
 def test_a_step_that_has_not_gone_out_leaves_the_speed_known() -> None:
-    """It waits behind a movement as a call is missed. Source: head of FB_Override."""
+    """The step waits for a movement when a call is missed. Source: head of FB_Override."""
     bench = _steady()
     bench.fault = "late"
     bench.send(0x0001, 0, 0, 0, 30)

@@ -47,7 +47,7 @@ class _Pallet:
         self._now_us += 10_000
 
     def press(self, pin: str) -> None:
-        """An edge, held for a few scans."""
+        """Give a pin an edge, and hold it for a few scans."""
         for value in (True, True, True, False):
             self.put(pin, value)
             self.scan()
@@ -63,7 +63,7 @@ class _Pallet:
 
     @property
     def shown(self) -> tuple[str, int, int, tuple[int, ...], int]:
-        """Full, Error or neither; ErrorID, WorkPosition, its indices, Remaining."""
+        """Return Full, Error or neither; ErrorID, WorkPosition, its indices, Remaining."""
         pins = ("ErrorID", "WorkPosition", "IndexX", "IndexY", "IndexZ", "Remaining")
         values = [int(self.program.read(f"Main.Count.{pin}")) for pin in pins]
         on = [pin for pin in ("Full", "Error") if self.program.read(f"Main.Count.{pin}")]
@@ -89,7 +89,7 @@ def test_x_counts_first_then_y_then_z(tmp_path: Path, engine: str) -> None:
 
 
 def test_a_new_pallet_begins_anew_at_any_time(tmp_path: Path) -> None:
-    """Also where Next comes in the same scan. Source: this library's own."""
+    """Next may rise in the same scan. Source: this library's own."""
     pallet = _Pallet(tmp_path, (2, 2, 1))
     pallet.press("Next")
     pallet.press("Next")
@@ -103,7 +103,10 @@ def test_a_new_pallet_begins_anew_at_any_time(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kept", [7, -1, 32767, -32768])
 def test_a_place_beyond_the_pallet_is_an_error(tmp_path: Path, kept: int) -> None:
-    """As after an exchange of the program: only NewPallet ends it. Source: this library's own."""
+    """An exchange of the program can cause this; only NewPallet ends it.
+
+    Source: this library's own.
+    """
     pallet = _Pallet(tmp_path, (3, 2, 1))
     pallet.place = kept
     wrong = ("Error", 0x805C, 0, (0, 0, 0), 0)
@@ -153,7 +156,7 @@ def test_a_pallet_may_have_one_position(tmp_path: Path, size: tuple[int, ...]) -
 
 
 def test_a_size_that_becomes_illegal_is_refused_at_once(tmp_path: Path) -> None:
-    """Nothing is left of the sizes before. Source: guide 4.3.3."""
+    """The earlier sizes are not used any more. Source: guide 4.3.3."""
     pallet = _Pallet(tmp_path, (3, 2, 1))
     pallet.resize((0, 2, 1))
     assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)
@@ -175,7 +178,7 @@ def test_the_largest_pallet_is_counted_to_the_end(
 
 @pytest.mark.parametrize("pin", ["NewPallet", "Next"])
 def test_a_pin_that_is_true_as_the_plc_starts_changes_no_place(tmp_path: Path, pin: str) -> None:
-    """A button that hangs: place 1 again, or one that is skipped, would be a wrong movement.
+    """A stuck button must not select place 1 again or skip a place: the robot would move wrongly.
 
     Source: the block keeps the place through a loss of power.
     """

@@ -20,7 +20,7 @@ _APPROACH = [
 
 
 def _with_sensor(**pins: Any) -> PickBench:
-    """DI(21) is ON while the hand is closed: there are parts at the source."""
+    """Return a bench whose DI(21) is ON while the hand is closed: there are parts at the source."""
     plc = picking(**_SENSOR, **pins)
     plc.follows = {21: 20}
     return plc
@@ -86,7 +86,7 @@ def test_an_arch_in_mm_is_taken_as_it_is() -> None:
 
 
 def test_it_comes_from_above_and_leaves_to_above() -> None:
-    """The place's shift, or the one above it, is selected before each movement.
+    """Before each movement the block selects the place's shift or the shift above it.
 
     Source: guide 4.2.17; without an arch between above and place.
     """
@@ -121,7 +121,7 @@ def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: in
 
 @pytest.mark.parametrize("shifts", [{"Shifts__TargetAbove": 3}, {}])
 def test_where_only_that_shift_is_missing_no_second_part_is_fetched(shifts: dict[str, Any]) -> None:
-    """Not with HandEmpty either, nor where the shifts are other ones by then.
+    """This also holds with HandEmpty, and if the shifts have changed meanwhile.
 
     Source: head: after an error it goes on with what is not finished
     """
@@ -185,7 +185,7 @@ def test_inputs_are_sampled_at_the_rising_edge() -> None:
 
 
 def test_an_edge_while_it_works_takes_nothing_over() -> None:
-    """Nor where it waits without a command. Source: design of the library, 3."""
+    """The block may also be waiting without a command. Source: design of the library, 3."""
     plc = picking(Gripper__Settle="T#1s")
     plc.until("DO(20) ON")
     plc.scan(20)
@@ -212,9 +212,10 @@ def test_a_pallet_without_a_position_is_that_of_its_first() -> None:
     ],
 )
 def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: list[str]) -> None:
-    """Before the hand has closed it begins anew; then it never opens but at the target.
+    """If the hand has not closed yet, the next start begins with the first movement.
 
-    Whether it has closed the controller says: a close that was refused is none.
+    If it has closed, the block opens it only at the target. The outputs read from the controller
+    decide; a refused close command does not count.
 
     Source: this library's own; alarm 12.600: guide 1.2; port reference: guide 4.5.1.
     """
@@ -235,7 +236,9 @@ def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: 
 
 
 def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
-    """It may have opened or not: it goes to the target first, and asks no sensor.
+    """The hand may or may not have opened.
+
+    The block moves to the target first, and reads no sensor.
 
     Source: this library's own.
     """
@@ -326,7 +329,10 @@ def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> 
 
 @pytest.mark.parametrize("out", ["DI2?", "DO(20) OFF", "PTP 10 at 50"])
 def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> None:
-    """It ends with the alarm, which says more. Source: guide 1.2; manual chapter 5, 3.1."""
+    """The command ends with the alarm, which says more.
+
+    Source: guide 1.2; manual chapter 5, 3.1.
+    """
     plc = picking(**_SENSOR)
     plc.silent = out
     plc.until(out)
@@ -388,7 +394,7 @@ def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
 
 @pytest.mark.parametrize("how", ["skipped", "twice"])
 def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> None:
-    """Where none is under way that would see it itself. Source: scan-model.md, one scan."""
+    """No command is running that would detect the loss itself. Source: scan-model.md, one scan."""
     plc = picking(**_SENSOR)
     plc["Twice"] = how == "twice"
     plc.start()

@@ -10,13 +10,13 @@ from pick_bench import PickBench, picking
 _PLAIN = ["DO(20) OFF", "PTP 10 at 50", "DO(20) ON", "PTP 20 at 50", "DO(20) OFF"]
 _ASKING = ["DI2?", "DO(20) OFF", "DI2?", "PTP 10 at 50", "DO(20) ON", "DI2?", "PTP 20 at 50"]
 _ASKING += ["DI2?", "DO(20) OFF", "DI2?"]
-#: What is not as it has to be, and the error.
+#: A condition that is not met, and the error.
 _FAULTS = [
     *(("StopOk", False, 0x8007), ("SafeOk", False, 0x8003), ("SO00", True, 0x8003)),
     *(("SO03", True, 0x8004), ("SO02", False, 0x800C), ("SO01", False, 0x8002)),
     ("Connected", False, 0x8001),
 ]
-#: What ends a work that began in AUTO mode; in MANUAL mode one may begin.
+#: Events that end a work started in AUTO mode; a work may start in MANUAL mode.
 _ENDS = [*_FAULTS, ("SO10", False, 0x8006)]
 
 
@@ -36,7 +36,7 @@ def _for_one_scan(plc: PickBench, name: str, value: bool) -> None:
 
 
 def _let_another_command_out(plc: PickBench) -> None:
-    """The command of another block, which has no end yet; the next one of the work waits."""
+    """Send a command of another block without an end, so that the work's next command waits."""
     plc["Other.Execute"] = True
     plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
     plc.scan(5)
@@ -51,7 +51,7 @@ def _let_that_command_end(plc: PickBench) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("name", "value", "error"), _ENDS)
 def test_a_fault_between_commands_ends_it(engine: str, name: str, value: bool, error: int) -> None:
-    """As it ends a table; when it is over nothing goes on by itself.
+    """The fault ends the block as it ends a table. Nothing continues when the fault is over.
 
     Source: manual chapter 5, 3.1 and 3.3; design of the library, 2
     """
@@ -83,7 +83,7 @@ def test_a_fault_keeps_the_work_from_beginning(name: str, value: bool, error: in
 def test_a_fault_waits_for_the_end_of_a_command(
     out: str, stage: str, name: str, value: bool, error: int
 ) -> None:
-    """Even if the cause has gone by then; what the command has done counts.
+    """This holds even if the cause has gone by then. The effect of the command counts.
 
     Source: remote command guide chapter 2: no command can be taken back
     """
@@ -109,7 +109,7 @@ def test_a_fault_waits_for_the_end_of_a_command(
 def test_a_command_that_waits_for_its_turn_is_withdrawn(
     place: int, name: str, value: bool, error: int
 ) -> None:
-    """It would go out after the stop, or after its release.
+    """The command would otherwise go out after the stop, or after its release.
 
     Source: docs/explanation/scan-model.md; manual chapter 5, 3.1 and 3.3
     """
@@ -141,7 +141,10 @@ def test_a_command_that_waits_for_its_turn_is_withdrawn(
 @pytest.mark.parametrize("restart", [False, True])
 @pytest.mark.parametrize("again", [0, 1])
 def test_a_second_call_in_the_scan_of_an_error_sends_nothing(again: int, restart: bool) -> None:
-    """Nor one in the next scan, nor a new edge there. Source: scan-model.md, one scan."""
+    """A call in the next scan, or a new edge there, sends nothing either.
+
+    Source: scan-model.md, one scan.
+    """
     plc = picking()
     plc.silent = "date"
     plc.until("DO(20) OFF")
@@ -186,7 +189,7 @@ def test_a_movement_begins_when_the_stop_inputs_have_settled(engine: str) -> Non
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_close_that_did_not_go_out_is_not_made_up_for_elsewhere(engine: str) -> None:
-    """The robot may stand anywhere by then: it opens and moves to the source again.
+    """The robot may be anywhere by then, so the hand opens and moves to the source again.
 
     Source: head of FB_PickPlace: before a close went out
     """
@@ -204,7 +207,7 @@ def test_a_close_that_did_not_go_out_is_not_made_up_for_elsewhere(engine: str) -
 
 @pytest.mark.parametrize(("name", "value"), [("SO00", True), ("StopOk", False)])
 def test_a_part_that_falls_before_the_release_went_out_is_lost(name: str, value: bool) -> None:
-    """Only from then on it may be gone: that is where it belongs.
+    """The part may be gone only after the release went out, because it belongs at the target.
 
     Source: docs/reference/errors.md, 16#8059
     """
@@ -225,7 +228,7 @@ def test_a_part_that_falls_before_the_release_went_out_is_lost(name: str, value:
 
 @pytest.mark.parametrize("part", [True, False])
 def test_after_a_release_that_went_out_the_hand_may_be_empty(part: bool) -> None:
-    """It moves to the target again and opens, whatever the input of the part says.
+    """The robot moves to the target again and opens the hand, whatever the part sensor reports.
 
     Source: head of FB_PickPlace
     """
@@ -255,7 +258,7 @@ def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
 
 
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
-    """It would run with pins of the start before, beside the command that still waits.
+    """The block would run with the old pins, while its earlier command still waits.
 
     Source: docs/reference/errors.md, 16#8016
     """

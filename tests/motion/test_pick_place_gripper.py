@@ -21,7 +21,7 @@ def _made(name: str) -> Alone:
 
 
 def _part(name: str) -> Alone:
-    """A part of the block for itself; the controller is ready."""
+    """Return a part of the block alone, with a controller that is ready."""
     block = _made(name)
     block.restart()
     for path in ("Connected", "SO.SO01_CpuOk"):
@@ -57,7 +57,7 @@ def test_each_input_that_there_is_confirms() -> None:
 
 
 def test_after_an_error_both_outputs_are_read() -> None:
-    """First the one that closes, also where the other one had no answer.
+    """The closing output is read first, even if the read of the opening output had no answer.
 
     Source: guide 4.5.1, I/O port reference; head of FB_PickPlace
     """
@@ -73,7 +73,7 @@ def test_after_an_error_both_outputs_are_read() -> None:
 
 
 def test_fingers_that_do_not_open_at_the_target_are_opened_there_again() -> None:
-    """What is in the hand was gripped at the source. Source: docs/reference/errors.md, 16#805A."""
+    """The part in the hand was gripped at the source. Source: docs/reference/errors.md, 16#805A."""
     plc = _bench(Gripper__OpenedInput=43, Gripper__MaxWait="T#100ms")
     plc.inputs_on = {43}
     plc.until("PTP 20")
@@ -134,7 +134,10 @@ def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
 
 
 def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
-    """As after a restart of the PLC with a part in the hand. Source: this library's own."""
+    """This is the case after a restart of the PLC with a part in the hand.
+
+    Source: this library's own.
+    """
     plc = _bench(Gripper__PartInput=21)
     plc.inputs_on = {21}
     assert plc.work() == ["DI2?"]
@@ -185,7 +188,10 @@ def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
 
 
 def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
-    """No command can be taken back. Source: guide 1.2; this library's own."""
+    """A command cannot be withdrawn once it has been sent.
+
+    Source: guide 1.2; this library's own.
+    """
     plc = _bench()
     plc.silent = "PTP 20"
     plc.until("PTP 20")
@@ -261,14 +267,14 @@ def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: in
 
 
 def _look() -> Alone:
-    """The part that reads the outputs of the hand, at work."""
+    """Return the part that reads the outputs of the hand, while it reads."""
     block = _part("FB_RcxPickLook")
     block["Block.Asks"] = True
     return block
 
 
 def _scan(block: Alone, pattern: int = 0) -> bool:
-    """One scan, with the answer to what was asked in the last one: so the bits of the port are."""
+    """Run one scan. `pattern` answers a request of the scan before with the bits of the port."""
     asked = bool(block["Robot.Inner.CodeRequest"])
     block["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN" if asked else "PHASE_READY"
     block["Robot.Inner.Answer"] = 0x0200 if asked else 0

@@ -22,7 +22,7 @@ _OTHERS: dict[str, tuple[int, ...]] = {
     "moves robot 2": (0x2001, 0, 0, 0, AWAY),
 }
 _ENDS = ("refused", "lost", "lost-done")
-_WHAT = [
+_DISTURBANCES = [
     *_CALLS,
     *("no call, refused", *_ENDS, "time-out", "power cycle", "link loss", "emergency stop"),
     *("Execute again", *_OTHERS),
@@ -30,7 +30,7 @@ _WHAT = [
 
 
 def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> PartBench:
-    """The command at this place is on the wire, then it is disturbed."""
+    """Return a bench whose command at this place has been sent and is then disturbed."""
     bench = PartBench(engine, **kind)
     bench["Pick.Execute"] = True
     bench.scan()
@@ -68,7 +68,7 @@ def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> 
 
 
 def _judge(place: int, what: str, after: str, **kind: Any) -> None:
-    """Go on until it is Done; whatever must not happen raises in the bench, or here."""
+    """Continue until Done; the bench or this function fails on anything that must not happen."""
     bench = _begun(place, what, **kind)
     done = int(bench["Pick.Done"])
     assert bench.delivered >= done, "Done without a part"
@@ -91,11 +91,11 @@ def _judge(place: int, what: str, after: str, **kind: Any) -> None:
     assert 1 <= bench.delivered <= (2 if told else 1), f"{found}, {bench.told}"
 
 
-@pytest.mark.parametrize("what", _WHAT)
+@pytest.mark.parametrize("what", _DISTURBANCES)
 def test_each_disturbance_at_each_command_neither_drops_nor_doubles_a_part(what: str) -> None:
-    """It opens at the target only, fetches no second part, and Done is a part that was carried.
+    """The hand opens only at the target, and Done means a delivered part.
 
-    A second part comes only after an error that sends somebody to look.
+    A second part is fetched only after an error that requires a person to look.
 
     Source: head of FB_PickPlace; the places are those of its order
     """
@@ -124,7 +124,7 @@ def test_a_close_is_not_forgotten_because_the_next_call_is_missing(engine: str, 
 
 @pytest.mark.parametrize("how", _CALLS)
 def test_a_release_is_not_forgotten_either(how: str) -> None:
-    """No second part comes to the target, also where a sensor says that the hand is empty.
+    """No second part comes to the target, even if a sensor reports an empty hand.
 
     Source: head of FB_PickPlace
     """
@@ -137,7 +137,7 @@ def test_a_release_is_not_forgotten_either(how: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_after_a_refused_close_the_hand_counts_as_open(engine: str) -> None:
-    """It opens, goes to the source again and closes there.
+    """The hand opens, returns to the source and closes there.
 
     Source: guide 1.2, abnormal end; 4.5.1
     """
@@ -151,7 +151,7 @@ def test_after_a_refused_close_the_hand_counts_as_open(engine: str) -> None:
 
 
 def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
-    """The part has fallen: Holds says so, and the next start fetches another one.
+    """The part has fallen. Holds shows it, and the next start fetches another part.
 
     Source: docs/explanation/fidelity.md: outputs are OFF after power-on
     """
@@ -163,7 +163,7 @@ def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
 
 
 def test_a_power_cycle_after_the_error_is_reported_at_the_next_start() -> None:
-    """Somebody looks for the part first: it may lie anywhere. Source: errors.md, 16#8059."""
+    """A person looks for the part first, since it may be anywhere. Source: errors.md, 16#8059."""
     bench = _begun(3, "refused")
     assert bench.end == ("Error", 0x8020, True)
     bench.power_cycle()
@@ -173,7 +173,7 @@ def test_a_power_cycle_after_the_error_is_reported_at_the_next_start() -> None:
 
 
 def test_a_power_cycle_at_the_target_puts_the_part_down_there() -> None:
-    """No second part comes to it. Source: fidelity.md: outputs are OFF after power-on."""
+    """No second part is placed on it. Source: fidelity.md: outputs are OFF after power-on."""
     bench = PartBench()
     bench["Pick.Gripper.PartInput"] = 30
     bench["Pick.Execute"] = True
@@ -285,7 +285,10 @@ def test_a_power_cycle_after_an_error_at_the_target_puts_no_part_down_there() ->
 
 @pytest.mark.parametrize("place", [3, 4])
 def test_of_two_outputs_a_hand_that_stayed_open_fetches_its_part_anew(place: int) -> None:
-    """The close was refused, at the first output or at the second one. Source: guide 4.5.1."""
+    """The close command was refused, at the first output or at the second one.
+
+    Source: guide 4.5.1.
+    """
     bench = _begun(place, "refused", outputs=2)
     assert bench.end == ("Error", 0x8020, False)
     before = len(bench.told)
@@ -306,7 +309,7 @@ def test_of_two_outputs_a_hand_that_is_closed_goes_on_with_its_part() -> None:
 
 @pytest.mark.parametrize("power", [False, True])
 def test_where_fingers_closed_late_a_sensor_says_whether_there_is_a_part(power: bool) -> None:
-    """Also where both outputs are OFF afterwards: of two the hand stays as it is.
+    """If both of two outputs are OFF afterwards, the hand does not change.
 
     Source: docs/reference/errors.md, 16#805A and 16#805E: or wire PartInput
     """
@@ -337,7 +340,7 @@ def test_a_hand_that_another_block_closes_after_a_release(sensor: bool) -> None:
 
 @pytest.mark.parametrize("outputs", [1, 2])
 def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(outputs: int) -> None:
-    """One output opens the hand without power, too, and the robot may have been elsewhere then.
+    """One output opens the hand without power, too, but the robot may have been elsewhere then.
 
     Source: head of FB_RcxPickMemory: without power one output opens the hand
     """
@@ -350,7 +353,10 @@ def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(out
 
 @pytest.mark.parametrize("wrong", [0, 28])
 def test_a_refused_start_does_not_hide_that_another_block_switches_the_hand(wrong: int) -> None:
-    """It opens and closes again: nobody knows what it holds. Source: errors.md, 16#805E."""
+    """The other block opens and closes the hand, so its content is unknown.
+
+    Source: errors.md, 16#805E.
+    """
     bench = _begun(3, "refused")
     outputs: dict[str, Any] = {"Gripper.CloseOutput": wrong}
     if wrong:

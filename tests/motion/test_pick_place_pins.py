@@ -17,7 +17,7 @@ _ROW = {"SourcePallet": 0, "TargetPallet": 39}
 
 
 def _numbers(low: int, high: int, *names: str) -> list[tuple[dict[str, Any], int]]:
-    """Each pin at its limits, and beyond them."""
+    """Return each pin with values at its limits and beyond them."""
     return [
         ({name: value}, 0x8044 * (not low <= value <= high))
         for name in names
@@ -93,7 +93,7 @@ def test_an_illegal_input_is_refused_at_once(pins: dict[str, Any], error: int) -
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_refusal_forgets_nothing(engine: str) -> None:
-    """With the part in the hand it goes on where it was, HandEmpty or not.
+    """With the part in the hand the block continues where it was, with or without HandEmpty.
 
     Source: head of FB_PickPlace
     """

@@ -80,7 +80,7 @@ def _sent(bench: PartBench, count: int) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_movement_between_two_commands_ends_it_before_the_hand_opens(engine: str) -> None:
-    """It opens at the target only, with the next Execute.
+    """The hand opens only at the target, with the next Execute.
 
     Source: design of the library, 3; head of FB_PickPlace
     """
@@ -140,7 +140,7 @@ def test_blocks_that_read_and_set_the_speed_work_beside_it() -> None:
 
 
 def test_a_movement_is_waited_for_however_long_it_takes() -> None:
-    """Nothing of the work has gone out: its first command comes behind it.
+    """The work has sent nothing yet: its first command goes out after the movement.
 
     Source: docs/explanation/scan-model.md, two blocks on one robot
     """
@@ -157,7 +157,7 @@ def test_a_movement_is_waited_for_however_long_it_takes() -> None:
 
 
 def test_a_switch_of_the_hand_that_ends_in_the_scan_of_the_start_is_no_harm() -> None:
-    """It is over before the work sends anything. Source: scan-model.md, two blocks."""
+    """The switch is over before the work sends anything. Source: scan-model.md, two blocks."""
     bench = PartBench()
     bench.foreign = True
     bench.send(0x301, 0, 0x1020, 0)
@@ -192,7 +192,10 @@ def test_a_start_input_that_goes_on_ends_it(signal: str) -> None:
 
 
 def test_a_robot_program_that_begins_ends_it() -> None:
-    """One that has run since before does not. Source: manual chapter 5, 2.2: SO(13)."""
+    """A robot program that has run since before the start does not end the block.
+
+    Source: manual chapter 5, 2.2: SO(13).
+    """
     bench = PartBench()
     bench.plc.outputs(SO13=True)
     bench.scan(2)
@@ -207,7 +210,7 @@ def test_a_robot_program_that_begins_ends_it() -> None:
 
 
 def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
-    """What the program moves nobody knows. Source: manual chapter 5, 2.2: SO(13)."""
+    """It is unknown what the program moves. Source: manual chapter 5, 2.2: SO(13)."""
     bench = PartBench()
     _sent(bench, 4)
     bench.send(*_HARMLESS["moves robot 2"])
@@ -219,7 +222,10 @@ def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
 
 
 def test_no_other_block_may_switch_one_of_two_outputs_of_the_hand() -> None:
-    """Not the one that opens either. Source: guide 4.5.1; RCX_GRIPPER, OpenOutput."""
+    """This includes the output that opens the hand.
+
+    Source: guide 4.5.1; RCX_GRIPPER, OpenOutput.
+    """
     for words in ((0x301, 0, 0x1021, 1), (0x301, 0, 0x1020, 0)):
         bench = PartBench(outputs=2)
         _sent(bench, 6)
@@ -243,7 +249,7 @@ def test_outputs_of_the_hand_are_known_however_they_are_written() -> None:
 
 
 def test_a_second_block_of_several_commands_is_refused() -> None:
-    """The first one goes on; the second may follow in the scan of its end.
+    """The first block continues. The second may start in the scan in which the first ends.
 
     Source: docs/explanation/scan-model.md, two blocks on one robot
     """
@@ -271,7 +277,7 @@ def test_blocks_for_two_robots_of_one_controller_work_side_by_side() -> None:
 
 
 def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() -> None:
-    """Until somebody says that it is empty, or the first block has put it down.
+    """It may be released once HandEmpty reports an empty hand, or the first block has placed it.
 
     Source: head of FB_PickPlace
     """
@@ -306,7 +312,7 @@ def test_of_a_start_that_is_refused_hand_empty_does_not_count() -> None:
 
 
 def test_a_table_may_move_the_robot_with_a_part_in_the_hand() -> None:
-    """It opens no hand. Source: head of FB_RcxClaim."""
+    """A table does not open the hand. Source: head of FB_RcxClaim."""
     bench = PartBench()
     _sent(bench, 4)
     bench.fault = "refused"
@@ -328,7 +334,7 @@ def test_a_table_for_a_robot_that_does_not_exist_is_refused(number: int) -> None
 
 
 def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
-    """After one scan. Source: docs/explanation/scan-model.md, two turns."""
+    """The robot is free after one scan. Source: docs/explanation/scan-model.md, two turns."""
     bench = PartBench()
     _sent(bench, 2)
     bench["Call"] = False
@@ -338,7 +344,7 @@ def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_table_ends_if_another_block_moves_the_robot(engine: str) -> None:
-    """But not while it asks for that with CallNumber. Source: head of FB_MoveTable."""
+    """A movement requested with CallNumber does not end it. Source: head of FB_MoveTable."""
     bench = PartBench(engine)
     for row, point in ((1, 20), (2, 40)):
         bench[f"Moves[{row}].Kind"], bench[f"Moves[{row}].Point"] = "MOVE_PTP", point

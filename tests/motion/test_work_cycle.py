@@ -8,7 +8,7 @@ from plc_bench import ROOT, PlcBench
 
 
 def _bench() -> PlcBench:
-    """Controller in its normal state, AUTO, servos on, SI(00) and SI(06) ON and settled.
+    """Return a bench in AUTO with the servos on, SI(00) and SI(06) ON and settled.
 
     `Cycle` has a movement as its work, `Bare` has none: the test plays it.
     """
@@ -27,7 +27,7 @@ def _press(plc: PlcBench, pin: str) -> None:
 
 
 def _running(block: str = "Bare") -> PlcBench:
-    """The cycle has powered up, and wants its work."""
+    """Return a bench whose cycle has powered up and requests its work."""
     plc = _bench()
     _press(plc, f"{block}.Start")
     plc.scan_until(lambda: bool(plc[f"{block}.Run"]))
@@ -35,7 +35,7 @@ def _running(block: str = "Bare") -> PlcBench:
 
 
 def _shown(plc: PlcBench, block: str = "Bare") -> tuple[str, bool, bool, int]:
-    """State, Run, Busy, ErrorID; Error is TRUE exactly where there is one."""
+    """Return State, Run, Busy and ErrorID; check that Error is TRUE if ErrorID is not 0."""
     error_id = int(plc[f"{block}.ErrorID"])
     assert plc[f"{block}.Error"] is (error_id != 0)
     state = str(plc[f"{block}.State"]).removeprefix("WORK_")
@@ -50,7 +50,7 @@ def _fault(error_id: int) -> tuple[str, bool, bool, int]:
 
 
 def _end(plc: PlcBench, status: int = 0x0200) -> None:
-    """The command that is out ends, and the status is reset."""
+    """End the running command, and let the status be reset."""
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.answer(status, [12, 600] if status == 0x4000 else [])
     plc.scan_until(lambda: plc.words[0] == 0)
@@ -79,7 +79,7 @@ def test_start_powers_up_and_the_work_follows_again_and_again() -> None:
 
 
 def test_run_stays_away_as_long_as_the_work_shows_its_end() -> None:
-    """It is counted once. Source: this library's own."""
+    """The work is counted once. Source: this library's own."""
     plc = _running()
     plc["Bare.WorkDone"] = True
     for _ in range(5):
@@ -92,7 +92,10 @@ def test_run_stays_away_as_long_as_the_work_shows_its_end() -> None:
 
 
 def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
-    """It goes on with a new Start only. Source: head of FB_WorkCycle; errors.md, 16#8006."""
+    """The cycle continues only with a new Start.
+
+    Source: head of FB_WorkCycle; errors.md, 16#8006.
+    """
     plc = _running("Cycle")
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.outputs(SO10=False)
@@ -118,7 +121,10 @@ def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
 
 @pytest.mark.parametrize("later", [0, 1, 5])
 def test_a_work_whose_end_comes_with_the_fault_or_after_it_is_counted(later: int) -> None:
-    """Once, and not one that ended in an error. Source: comment of Count."""
+    """The work is counted once; work that ends with an error is not counted.
+
+    Source: comment of Count.
+    """
     plc = _running()
     plc.outputs(SO10=False)
     plc.scan(later)
@@ -139,7 +145,10 @@ def test_a_work_whose_end_comes_with_the_fault_or_after_it_is_counted(later: int
 
 
 def test_only_work_that_the_cycle_began_is_counted() -> None:
-    """Not a WorkDone of the first call, nor one without a Start. Source: comment of Count."""
+    """A WorkDone in the first call, or without a Start, is not counted.
+
+    Source: comment of Count.
+    """
     plc = _bench()
     plc["Bare.WorkDone"] = True
     plc.scan(3)
@@ -286,7 +295,7 @@ def test_reset_without_a_fault_does_nothing(state: str) -> None:
 
 
 def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None:
-    """Of a work that is called after the cycle it sees the end a scan later.
+    """If the work is called after the cycle, the cycle sees its end one scan later.
 
     Source: this library's own.
     """
@@ -301,7 +310,7 @@ def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None
 
 
 def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
-    """As where a work ends long after its cycle. Source: this library's own."""
+    """The work may end long after its cycle. Source: this library's own."""
     plc = _bench()
     plc["Bare.WorkErrorID"] = 0x8011
     plc.scan()
@@ -313,7 +322,7 @@ def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
 )
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
 def test_a_start_without_link_or_cell_is_a_fault(cause: str, error_id: int, when: str) -> None:
-    """Nothing waits for it: a door that closes, or a cable, would start the robot.
+    """The start is not delayed: a door that closes, or a cable, must not start the robot.
 
     Source: this library's own.
     """
@@ -352,7 +361,7 @@ def test_a_power_up_that_fails_is_a_fault() -> None:
 
 @pytest.mark.parametrize("back", [True, False])
 def test_a_power_up_that_outlives_its_cycle_begins_nothing(back: bool) -> None:
-    """It waits for the link, for at most 60 s, where that was lost at once.
+    """After an immediate loss of the link, the power-up waits for at most 60 s.
 
     Source: this library's own.
     """
@@ -382,7 +391,7 @@ def test_a_power_up_that_fails_later_does_not_take_the_place_of_the_first_fault(
 
 @pytest.mark.parametrize("cause", ["link", "SO01", "SO02"])
 def test_a_loss_while_the_cycle_is_idle_is_no_fault(cause: str) -> None:
-    """Only its own work needs it. Source: this library's own."""
+    """Only the cycle's own work needs the connection. Source: this library's own."""
     plc = _bench()
     if cause == "link":
         plc["Connected"] = False
@@ -406,7 +415,7 @@ def test_a_lost_controller_is_a_fault_whatever_the_work_does(cause: str, error_i
 
 
 def test_lost_servos_are_a_fault_at_once_where_no_command_is_out() -> None:
-    """As where the work waits for another robot. Source: manual chapter 5, 3.1."""
+    """This happens while the work waits for another robot. Source: manual chapter 5, 3.1."""
     plc = _running()
     plc["EmergencyStopOk"] = False
     plc.scan(20)
@@ -417,7 +426,7 @@ def test_lost_servos_are_a_fault_at_once_where_no_command_is_out() -> None:
 
 
 def test_of_lost_servos_the_command_that_is_out_says_more() -> None:
-    """It ends with the alarm 12.600. Source: guide 1.2."""
+    """The command ends with the alarm 12.600. Source: guide 1.2."""
     plc = _running("Cycle")
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.outputs(SO02=False)
@@ -429,7 +438,7 @@ def test_of_lost_servos_the_command_that_is_out_says_more() -> None:
 
 
 def test_a_command_of_another_block_hides_lost_servos_for_a_second() -> None:
-    """As a continuous output of the position. Source: this library's own."""
+    """A continuous output of the position is such a command. Source: this library's own."""
     plc = _running()
     plc["Other.Execute"] = True
     plc.scan_until(lambda: plc.words[0] != 0)

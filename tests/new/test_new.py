@@ -16,12 +16,12 @@ from rcx_harness.robot import RobotConfig
 
 Captured = pytest.CaptureFixture[str]
 
-#: What the inner run does without, because loading it takes longer than the run itself.
+#: Plugins that the inner run omits, because loading them takes longer than the run itself.
 _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
 
 
 _CELL = "plc --robot robot.toml --properties campaign.toml"
-#: What the README says to verify the cell with, and what makes it quick here.
+#: Commands of the README that verify the cell, with options that make them quick here.
 _VERIFY = {
     "pytest --rcx-coverage": (),
     f"rcx campaign {_CELL} --seeds 100": (
@@ -35,8 +35,8 @@ _VERIFY = {
     "rcx prove plc": (),
     "rcx debug --vscode ~/.vscode/extensions/rcx-debug": (),
 }
-#: Those that have tests of their own here.
-_APART = ("pytest", "rcx mutants")
+#: Commands with tests of their own in this file.
+_TESTED_SEPARATELY = ("pytest", "rcx mutants")
 
 
 def _files(folder: Path) -> set[str]:
@@ -109,7 +109,9 @@ def test_the_readme_has_one_line_for_each_command(tmp_path: Path) -> None:
         "rcx debug --vscode ~/.vscode/extensions/rcx-debug",
     ]
 )
-@pytest.mark.parametrize("command", [one for one in _VERIFY if not one.startswith(_APART)])
+@pytest.mark.parametrize(
+    "command", [one for one in _VERIFY if not one.startswith(_TESTED_SEPARATELY)]
+)
 def test_each_of_them_ends_with_0_in_a_new_project(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
@@ -231,7 +233,7 @@ def test_a_folder_with_files_is_refused_and_stays_as_it_is(
 
 @pytest.mark.parametrize("model", ["YK400XE", "YK1200XG", "SXYX"])
 def test_a_named_robot_reaches_both_points(tmp_path: Path, model: str) -> None:
-    """The line stands before the tables; the points are within the soft limits."""
+    """The `robot` line comes before the tables, and the points are within the soft limits."""
     assert main(["new", str(tmp_path / "cell"), "--robot", model]) == 0
     config = RobotConfig.load(tmp_path / "cell" / "robot.toml")
     assert config.robot == (model,)

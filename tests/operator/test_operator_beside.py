@@ -17,7 +17,7 @@ def _stopped_without_the_hmi(plc: OperatorBench) -> bool:
 
 @pytest.mark.parametrize("key", _KEYS)
 def test_without_the_hmi_the_same_command_of_another_block_goes_on(key: str) -> None:
-    """Also after one of the panel's own. Source: head of FB_Operator, HmiOk."""
+    """This also holds after a command of the panel. Source: head of FB_Operator, HmiOk."""
     plc = OperatorBench(Stepwise=True)
     plc.press(key, scans=20)
     assert _KEYS[key] in plc.codes
@@ -33,7 +33,7 @@ def test_without_the_hmi_the_same_command_of_another_block_goes_on(key: str) -> 
 def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
     key: str, then: int
 ) -> None:
-    """Nor is the movement of another block that follows it.
+    """The next movement of another block is not stopped either.
 
     Source: docs/explanation/scan-model.md, a block that is skipped; head of FB_Operator, HmiOk
     """
@@ -50,7 +50,7 @@ def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
 
 
 def test_of_a_step_that_comes_too_late_only_that_is_told() -> None:
-    """Not that the speed is set by another block, as soon as the press does not count any more.
+    """Once the press no longer counts, the panel does not report that another block sets the speed.
 
     Source: docs/reference/errors.md, 16#8076 and 16#805D
     """

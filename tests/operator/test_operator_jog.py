@@ -10,7 +10,7 @@ from both_engines import ENGINES
 from operator_bench import OperatorBench
 
 _SPEED, _AMOUNT, _STEP, _POSITION = 0x0038, 0x0027, 0x0024, 0x0506
-#: Of a block beside the panel: any command.
+#: Code of another block; any command will do.
 _OTHER = 0x0102
 
 
@@ -244,7 +244,7 @@ def test_a_selection_that_is_not_legal_is_told(selection: dict[str, Any], error:
 def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
     selection: dict[str, Any], error: int
 ) -> None:
-    """Without Stepwise the amount does not count. Source: guide 4.2.8 and 4.2.14."""
+    """Without Stepwise the amount has no effect. Source: guide 4.2.8 and 4.2.14."""
     plc = OperatorBench(Stepwise=True, **selection)
     plc.key("JogMinus", scans=20)
     assert plc.message == error
@@ -446,7 +446,7 @@ def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
 def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
     code: int, harm: bool, stepwise: bool
 ) -> None:
-    """It would move at a speed, or so far, as nobody has selected at this panel.
+    """The robot would move at a speed, or by a distance, that nobody selected at this panel.
 
     Source: guide 4.2.14, manual movement speed; 4.2.15, automatic movement speed; 4.2.8
     """
@@ -469,7 +469,10 @@ def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
 def test_without_the_hmi_a_step_is_stopped_that_a_missed_call_has_left_alone(
     key: str, code: int, missed: bool
 ) -> None:
-    """It is held to its end, and the robot moves. Source: head of FB_Operator, HmiOk."""
+    """The command is held to its end, and the robot moves meanwhile.
+
+    Source: head of FB_Operator, HmiOk.
+    """
     plc = OperatorBench(Stepwise=True)
     plc.hold = code
     plc.key(key)

@@ -8,20 +8,20 @@ from both_engines import ENGINES
 from operator_bench import OperatorBench
 
 _LINE, _TEACH, _STEP = 0x0403, 0x0028, 0x0024
-#: Of blocks beside the panel: a point is read, and one is moved to.
+#: Codes of other blocks: read a point, move to a point.
 _READ, _MOVE = 0x0102, 0x0001
 _CODES = {"StepLine": _LINE, "Teach": _TEACH}
 
 
 def _under_way(plc: OperatorBench, code: int) -> None:
-    """A block beside the panel gives this command; it gets no answer until `plc.hold` is 0."""
+    """Let another block send a command; it gets no answer until `plc.hold` is 0."""
     plc.hold = code
     plc["Other.Code"], plc["Other.Execute"] = code, True
     plc.scan_until(lambda: code in plc.codes)
 
 
 def _rose(plc: OperatorBench, scans: int) -> set[str]:
-    """The dedicated inputs that were ON in one of so many scans, without SI(00) and SI(06)."""
+    """Return the dedicated inputs that were ON in one of these scans, without SI(00) and SI(06)."""
     found: set[str] = set()
     for _ in range(scans):
         plc.scan()
@@ -148,7 +148,7 @@ def test_a_point_is_taught_while_stop_is_pressed() -> None:
 def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
     engine: str, way: str, what: str
 ) -> None:
-    """SI(06) OFF in the same scan; it stays OFF until Reset; the alarm 12.400 is no problem.
+    """SI(06) goes OFF in the same scan and stays OFF until Reset. Alarm 12.400 is not a fault.
 
     Source: FB_Operator, HmiOk; manual chapter 5, 2, SI(06).
     """
@@ -215,7 +215,7 @@ def test_servo_on_is_not_possible_in_an_emergency_stop_and_nothing_waits_for_its
 
 
 def test_a_stop_of_the_plcs_own_is_left_by_servo_on_without_waiting() -> None:
-    """Pressed before SI(00) is back and answered: it goes on as soon as that is.
+    """The key is pressed before SI(00) is ON and answered; the panel continues after the answer.
 
     Source: manual chapter 5, 3.1, servo ON from emergency stop.
     """
@@ -232,7 +232,7 @@ def test_a_stop_of_the_plcs_own_is_left_by_servo_on_without_waiting() -> None:
 
 
 def test_servo_on_is_withdrawn_where_another_emergency_stop_is_on() -> None:
-    """It shows once SI(00) is ON and has been answered.
+    """The other stop becomes visible once SI(00) is ON and has been answered.
 
     Source: manual chapter 5, 2, SI(01): all emergency stop states are cancelled.
     """
@@ -425,7 +425,7 @@ def test_while_stop_is_pressed_no_key_promises_what_it_cannot_do(engine: str) ->
 
 
 def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
-    """No alarm reset in an emergency stop, and none while one is at work.
+    """There is no alarm reset during an emergency stop, nor during another alarm reset.
 
     Source: manual chapter 5, 3.1; RCX_PANEL.Can.
     """
@@ -444,7 +444,7 @@ def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
 def test_a_line_and_a_step_that_somebody_else_has_stopped_are_a_fault(
     key: str, code: int, stop: bool
 ) -> None:
-    """Only after the panel's own Stop is 12.400 no problem.
+    """Alarm 12.400 is reported as a fault, unless the Stop key of this panel caused it.
 
     Source: guide 4.2.8 and 4.6.2; chapter 5, 3.3.
     """
@@ -461,7 +461,7 @@ def test_a_line_and_a_step_that_somebody_else_has_stopped_are_a_fault(
 
 
 def _reset_behind() -> OperatorBench:
-    """ProgramReset has its turn, and the controller does not answer; Reset waits behind it."""
+    """Let ProgramReset have its turn without an answer, so that Reset waits for it."""
     plc = OperatorBench()
     plc.press("ProgramReset", then=20)
     plc.outputs(SO03=True, scans=3)
@@ -479,7 +479,7 @@ def test_a_reset_that_waits_is_withdrawn_and_who_has_his_turn_goes_on() -> None:
 
 
 def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
-    """But what was withdrawn in the scan before, for having waited too long.
+    """A key withdrawn in the scan before, after too long a wait, is still reported.
 
     Source: head of FB_Operator: without the HMI what waits is withdrawn
     """
@@ -498,7 +498,10 @@ def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
 
 
 def test_an_emergency_stop_while_the_alarm_is_reset_is_what_is_told() -> None:
-    """Not that the alarm stays. Source: docs/reference/errors.md, 16#8003 and 16#800A."""
+    """The message does not say that the alarm remains.
+
+    Source: docs/reference/errors.md, 16#8003 and 16#800A.
+    """
     plc = OperatorBench()
     plc.outputs(SO02=False, SO03=True, scans=20)
     plc.press("ServoOn", then=20)

@@ -11,7 +11,7 @@ _LINE, _MOVE, _POSITION = 0x0403, 0x0001, 0x0506
 
 
 def _answered(plc: OperatorBench, micrometres: int, code: int = _POSITION) -> None:
-    """The position is asked for and answered: axis 1."""
+    """Answer the request for the position with a position of axis 1."""
     if plc.words[0] != code:
         plc.scan_until(lambda: plc.words[0] == code)
     plc.answer(0x0200, [0, 0, 0, micrometres, 0], scans=5)
@@ -82,7 +82,7 @@ def test_a_link_that_is_lost_is_no_end_of_a_program() -> None:
 
 
 def test_it_is_the_position_of_the_robot_that_was_jogged() -> None:
-    """Another one is selected while the key is held.
+    """Another robot is selected while the key is held.
 
     Source: guide 4.7.4: the robot is in bits 15 to 12 of the code.
     """
@@ -123,7 +123,7 @@ def test_a_movement_of_another_block_does_not_renew_it() -> None:
 
 
 def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
-    """Once for all that has moved meanwhile, and not before it has ended.
+    """It is read once for all movements of that time, after the last has ended.
 
     Source: RCX_PANEL.Position
     """
@@ -143,7 +143,10 @@ def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
 
 @pytest.mark.parametrize("jogs", [False, True])
 def test_servos_that_come_on_while_it_is_read_make_it_be_read_again(jogs: bool) -> None:
-    """At once, or where an axis is moved before that, after it. Source: RCX_PANEL.Position."""
+    """It is read again at once or, if an axis is moved first, after that movement.
+
+    Source: RCX_PANEL.Position.
+    """
     plc = OperatorBench()
     plc.hold = _POSITION
     plc.press("JogPlus", scans=20)

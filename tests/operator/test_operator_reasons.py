@@ -19,7 +19,7 @@ def _block() -> Alone:
 
 
 def _shown(output: str, **changed: Any) -> int:
-    """An output with the servos on, AUTO, at rest, nothing held; but for what is changed."""
+    """Return an output for a robot with servos on, AUTO, at rest; `changed` overrides that."""
     block = _block()
     block.restart()
     fields: dict[str, Any] = {

@@ -13,8 +13,20 @@ from structured_text.output.toml_files import load_toml
 
 _ROWS = load_toml(ROOT / "spec/errors.toml")["error"]
 _LANGUAGES = {"LANGUAGE_ENGLISH": "", "LANGUAGE_JAPANESE": "_ja"}
-#: What a panel shows often: from FB_RcxPanelReasons, and what its keys end with.
-_OFTEN = {0x8001, 0x8002, 0x8003, 0x8004, 0x8005, 0x8006, 0x8007, 0x800C, 0x8010, 0x8020, 0x807B}
+#: ErrorIDs that a panel shows often: those of FB_RcxPanelReasons, and the results of its keys.
+_FREQUENT_ERRORS = {
+    0x8001,
+    0x8002,
+    0x8003,
+    0x8004,
+    0x8005,
+    0x8006,
+    0x8007,
+    0x800C,
+    0x8010,
+    0x8020,
+    0x807B,
+}
 
 
 def _lines(block: Alone, key: str) -> str:
@@ -25,7 +37,7 @@ def _lines(block: Alone, key: str) -> str:
 
 @pytest.mark.parametrize("language", _LANGUAGES)
 def test_each_message_has_the_words_for_an_operator_where_there_are_some(language: str) -> None:
-    """A shorter one leaves nothing of the one before. Source: spec/errors.toml."""
+    """A shorter text overwrites all of the longer text before it. Source: spec/errors.toml."""
     block = Alone("FB_RcxPanelMessage", {})
     block["Block.Language"] = language
     for row in (*_ROWS, *reversed(_ROWS)):
@@ -41,7 +53,7 @@ def test_each_message_has_the_words_for_an_operator_where_there_are_some(languag
 def test_the_words_for_an_operator_name_no_block_pin_or_bit() -> None:
     """Source: an operator has keys, lamps, the cell and the programming box."""
     rows = [row for row in _ROWS if "panel_remedy" in row]
-    assert {row["id"] for row in rows} == _OFTEN
+    assert {row["id"] for row in rows} == _FREQUENT_ERRORS
     for row in rows:
         for key in ("panel_cause", "panel_remedy", "panel_cause_ja", "panel_remedy_ja"):
             found = re.findall(r"FB_\w+|S[IO]\(\d+\)|[A-Z][a-z]+[A-Z]\w*|TRUE|FALSE", row[key])
@@ -60,7 +72,7 @@ def test_after_a_stop_of_the_panel_the_message_names_the_key_that_releases_it() 
 def test_where_the_origin_is_incomplete_the_message_says_so_and_no_start_is_hinted_at(
     automatic: bool,
 ) -> None:
-    """It is a hint: the robot program may do the return-to-origin, so Start is possible.
+    """This is only a hint: the robot program may do the return-to-origin, so Start is possible.
 
     Source: manual chapter 5, 2, SO(11).
     """

@@ -15,7 +15,7 @@ _STATES = (
     *("COMPLETING", "COMPLETE"),
 )
 _NUMBERS = {state: number for number, state in enumerate(_STATES, start=1)}
-#: What follows an acting state that is done. Source: ROS-Industrial packml, transition table.
+#: State after an acting state is done. Source: ROS-Industrial packml, transition table.
 _DONE = {
     "CLEARING": "STOPPED",
     "STARTING": "EXECUTE",
@@ -64,7 +64,7 @@ class _Bench(PlcBench):
         self.power_up()
 
     def put(self, state: str) -> None:
-        """Be in this state, nothing asked for."""
+        """Set this state, without any request."""
         self["PackMl.StateComplete"] = self["PackMl.CmdChangeRequest"] = False
         self["PackMl.UnitModeChangeRequest"] = False
         self["PackMl.State"] = f"PACKML_{state}"
@@ -79,7 +79,7 @@ class _Bench(PlcBench):
 
     @property
     def state(self) -> str:
-        """Where it is."""
+        """Return the current state."""
         return str(self["PackMl.State"]).removeprefix("PACKML_")
 
 
@@ -146,7 +146,7 @@ def test_it_begins_aborted_and_goes_nowhere_by_itself() -> None:
     assert plc["PackMl.Mode"] == "PACKML_MODE_PRODUCTION"
 
 
-#: What takes the robot away, what gives it back, and the ErrorID.
+#: An event that makes the robot unavailable, the event that ends this, and the ErrorID.
 _TROUBLES = [
     ("Connected=0", "Connected=1", 0x8001),
     ("SO01=0", "SO01=1", 0x8002),

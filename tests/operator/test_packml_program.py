@@ -61,7 +61,7 @@ def _cell(robot: Path) -> Cell:
 
 @pytest.fixture
 def line() -> Iterator[_Line]:
-    """A cell that has just been switched on."""
+    """Return a cell that has just been switched on."""
     with _cell(_ROBOT) as cell:
         yield _Line(cell)
 
@@ -102,7 +102,7 @@ def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_betwee
 
 @pytest.mark.parametrize("link", ["", "link_down"])
 def test_a_second_run_is_complete_only_at_its_own_end(line: _Line, link: str) -> None:
-    """SO(20) is still ON from the first one as it starts, also where the link was lost meanwhile.
+    """At its start SO(20) is still ON from the first run, even after a loss of the link.
 
     Source: docs/how-to/operator/packml.md.
     """
@@ -201,7 +201,7 @@ def test_a_hold_near_the_end_does_not_run_the_program_again(
 
 
 def test_what_fails_in_resetting_and_starting_stops_and_nothing_hangs(line: _Line) -> None:
-    """Without AUTO.
+    """The missing condition is AUTO mode.
 
     Source: manual chapter 5, 2, SI(15): it is necessary that the controller is in the AUTO mode.
     """

@@ -24,7 +24,7 @@ END_PROGRAM
 def test_a_run_in_a_folder_whose_name_is_no_text_writes_all_its_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A backup of a machine that used Shift_JIS, seen from one that uses UTF-8.
+    """Example: a backup of a machine that used Shift_JIS, seen from a machine that uses UTF-8.
 
     Source: docs/reference/limits.md, files.
     """

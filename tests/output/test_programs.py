@@ -19,7 +19,7 @@ from structured_text.output.programs import Program, run
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the programs are shell scripts")
 
 _LONGEST = 60
-#: Says its number, and goes on for ever; its output stays open meanwhile.
+#: Prints its process number and runs for ever, with its output open.
 _ENDLESS = "echo $$; exec sleep 1000"
 
 
@@ -81,12 +81,12 @@ def test_a_program_ends_with_the_process_that_started_it(number: signal.Signals)
 
 
 def _assert_closed(stream: IO[bytes]) -> None:
-    """Nobody holds the other end any more; what is a zombie holds nothing."""
+    """Check that no process has the other end open; a zombie does not count."""
     assert select.select([stream], [], [], _LONGEST)[0], "somebody still has it"
     assert stream.read() == b""
 
 
-#: Who starts processes of this package, which end with their standard input.
+#: Modules that start processes of this package; these end with their standard input.
 _OWN = {
     "rcx_harness.enip.child",
     "rcx_harness.serve.host",

@@ -81,7 +81,7 @@ def test_every_command_refuses_a_pipe_where_it_takes_a_file(
 
 
 def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
-    """It is as large as the limit says, and not a byte more.
+    """The largest accepted size is exactly the limit.
 
     Source: docs/reference/limits.md, files.
     """

@@ -236,7 +236,7 @@ def test_all_shifts_and_all_hands_fit_into_a_record(plc: PointsBench) -> None:
 
 
 def test_resume_goes_on_behind_the_rows_that_were_taken(plc: PointsBench) -> None:
-    """The record is the one that an undisturbed run gives."""
+    """The record equals that of an undisturbed run."""
     for number in range(10, 16):
         plc.stored[0x100, number] = _wide([0, 0, number])
     assert plc.run("Backup", First=10, Count=6) == 0
@@ -303,7 +303,7 @@ def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
 def test_a_pulse_of_execute_is_enough_and_the_first_command_goes_out_at_once(
     plc: PointsBench,
 ) -> None:
-    """Its data in the scan of the edge, its code in the next one.
+    """Its data go out in the scan of the edge, its code in the next scan.
 
     Source: PLCopen, edge-triggered blocks; guide chapter 2
     """

@@ -112,7 +112,7 @@ def test_what_one_controller_has_another_one_gets_without_a_loss(kind: str) -> N
 
 
 def _shown(memory: Memory, kind: str, number: int) -> object:
-    """What the controller has under that number."""
+    """Return what the controller has stored under this number."""
     if kind == "DATA_POINTS":
         return memory.points.get(number)
     if kind == "DATA_COMMENTS":

@@ -129,7 +129,7 @@ def test_a_head_or_a_first_row_that_does_not_exist_is_refused(
 
 
 def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: PointsBench) -> None:
-    """No row is left out, though it had looked at others already."""
+    """No row is left out, although the block had already checked some rows."""
     record(plc, count=9)
     plc["Restore.FirstRow"] = 2
     plc.scan_until(lambda: plc["Restore.Row"] == 7, execute="Restore")
@@ -174,7 +174,7 @@ def test_each_field_counts_in_a_comparison(plc: PointsBench, field: str, value: 
 
 @pytest.mark.parametrize("place", [0, 3, 5, 7, 9, 11, 13])
 def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int) -> None:
-    """Flag 0 instead of 1; a negative value, by its higher word, instead of a positive one.
+    """Flag 0 differs from 1, and a negative value from a positive one in the higher word.
 
     Source: guide 4.3.1: flag, and the data of six axes as double words with a sign.
     """
@@ -187,7 +187,7 @@ def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int
 
 @pytest.mark.parametrize("kept", [False, True])
 def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) -> None:
-    """The record has the point and the controller has not, and the other way round.
+    """Either the record or the controller has the point, and the other has not.
 
     Source: docs/how-to/points.md: a number that is not defined is a row with Defined FALSE.
     """
@@ -236,7 +236,7 @@ def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
 
 
 def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
-    """Missing on one side, missing on the other, changed."""
+    """A row is missing on one side, missing on the other side, or changed."""
     record(plc, missing=11)
     assert plc.run("Restore") == 0
     plc.stored[0x100, 11] = list(POINT_100)

@@ -75,7 +75,7 @@ def panel(request: pytest.FixtureRequest) -> _Panel:
 
 
 def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(panel: _Panel) -> None:
-    """After all rows were saved, and compared: the restore writes all, a backup says 16#8069.
+    """All rows are saved and compared. The restore writes all; a backup reports 16#8069.
 
     Source: docs/how-to/points.md, In the PLC; docs/reference/errors.md, 16#8069
     """

@@ -61,7 +61,7 @@ END_PROGRAM
 
 @ON_BOTH
 def test_an_angle_without_its_whole_turns_is_exact(engine: str) -> None:
-    """Half a turn stays what it is; half a turn and whole ones are 180.
+    """Half a turn stays half a turn; with additional whole turns it becomes 180.
 
     Source: head of FC_RcxHalfTurn
     """

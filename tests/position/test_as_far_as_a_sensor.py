@@ -46,7 +46,7 @@ def _calls() -> str:
 
 @pytest.fixture(params=ENGINES)
 def cell(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Cell]:
-    """Servos on; the tool is at X 0."""
+    """Return a cell with the servos on; the tool is at X 0."""
     file, robot = tmp_path / "Searches.st", tmp_path / "robot.toml"
     file.write_text(_PROGRAM.replace("{calls}", _calls()), encoding="utf-8")
     robot.write_text(_ROBOT, encoding="utf-8")
@@ -64,7 +64,7 @@ def _x(cell: Cell) -> float:
 
 
 def _rest(cell: Cell) -> None:
-    """The stop is over: SI(06) is back, and nothing moves."""
+    """Check that the stop is over: SI(06) is ON again, and nothing moves."""
     cell["Main.Search"] = False
     cell.run("500ms")
     assert (cell["Main.Halt"], cell["Main.Robot.SI.SI06_Stop"]) == (False, True)

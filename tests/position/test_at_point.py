@@ -37,13 +37,13 @@ class _Point:
         return self._block[f"Block.{pin}"]
 
     def off(self, *way: float) -> bool:
-        """One scan with the tool so far from the target: is it there?"""
+        """Run one scan with the tool at this distance from the target, and return There."""
         place = [a + b for a, b in zip(_TARGET, [*way, *[0.0] * (4 - len(way))], strict=True)]
         self["PositionMm"] = place
         return self.scan()
 
     def scan(self) -> bool:
-        """One scan: is it there?"""
+        """Run one scan, and return There."""
         self._block.scan(0)
         assert self["Error"] is (self["ErrorID"] != 0)
         return bool(self["There"])

@@ -42,7 +42,10 @@ def _area(engine: str = "auto", **inputs: Any) -> AxisArea:
 def test_the_nearest_limit_of_any_axis_counts(
     engine: str, pulses: Sequence[int], depth: int
 ) -> None:
-    """From 1000 to 3000, -5000 to -1000, 0 to 8000 and -900 to 900; axes 5 and 6 do not count."""
+    """The limits are 1000 to 3000, -5000 to -1000, 0 to 8000, -900 to 900.
+
+    Axes 5, 6 do not count.
+    """
     area = _area(engine)
     assert area.at(*pulses, 77, -77) == ("inside" if depth > 0 else "outside")
     assert area["Depth"] == depth

@@ -67,7 +67,7 @@ def test_nothing_is_sure_without_valid_data(kind: _Kind, units: float, told: str
 @_both
 @_on_both_sides
 def test_nothing_is_sure_by_data_older_than_max_age(kind: _Kind, units: float, told: str) -> None:
-    """A second; it is no error, a movement may take longer."""
+    """MaxAge is one second. Older data are not an error, since a movement may take longer."""
     area = kind.make(Age="T#1000ms")
     assert kind.at(area, units) == told
     area["Age"] = "T#1001ms"

@@ -31,7 +31,7 @@ def _six(place: Sequence[float]) -> list[float]:
 def _hand(
     point1: Sequence[float], point2: Sequence[float], engine: str = "auto", **pins: Any
 ) -> tuple[float, float, float, int]:
-    """Data1, Data2, Growth and ErrorID after one scan."""
+    """Return Data1, Data2, Growth and ErrorID after one scan."""
     block = _block(engine)
     block.restart()
     for pin, value in {"Point1": _six(point1), "Point2": _six(point2), **pins}.items():
@@ -83,7 +83,7 @@ def test_two_touches_of_the_place_at_100_and_200(
 
 
 def _touch(model: str, hand: Sequence[int], place: Sequence[int], left: bool) -> list[float]:
-    """What is read with a hand of zeros where the tip of `hand` is at a place [0.001 mm]."""
+    """Return the position read with a hand of zeros while the tip is at a place [0.001 mm]."""
     pose = Pose(model, (hand[0], hand[1], hand[2]), True, (0, 0, 0, 0), ())
     pulses = pose.frame(left=left).to_pulses(place)
     bare = dataclasses.replace(pose, hand=(0, 0, 0), shift=(40_000, -70_000, 9_000, 33_000))
@@ -135,7 +135,7 @@ def test_a_turn_that_is_too_small_is_refused(turn: float, wider: float) -> None:
 
 @pytest.mark.parametrize(("turn", "growth"), [(2, 28.65), (0.6, 95.49), (359.4, 95.49)])
 def test_a_small_turn_is_taken_where_its_growth_may_be(turn: float, growth: float) -> None:
-    """1 / (2 sin) of 1 and 0.3 degrees, whose sines are 0.017452 and 0.005236."""
+    """The growth is 1 / (2 sin) of 1 and 0.3 degrees, whose sines are 0.017452 and 0.005236."""
     first, second = [100, 200, 0, 0], [100, 200, 0, turn]
     data1, data2, grown, error = _hand(first, second, MaxGrowth=100.0)
     assert error == 0

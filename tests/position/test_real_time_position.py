@@ -49,7 +49,7 @@ def _calls() -> str:
 
 @pytest.fixture(params=ENGINES)
 def plc(request: pytest.FixtureRequest, tmp_path: Path) -> PlcBench:
-    """The output is enabled; axis 2 is shown at 90000 pulses."""
+    """Return a bench with real time output enabled; axis 2 shows 90000 pulses."""
     file = tmp_path / "Directly.st"
     file.write_text(_PROGRAM.replace("{calls}", _calls()), encoding="utf-8")
     plc = PlcBench(program=file, engine=request.param, size=256)
@@ -73,9 +73,10 @@ def test_the_position_is_that_of_the_words_once_the_output_is_enabled(plc: PlcBe
 def test_after_a_loss_the_words_count_for_nothing_until_the_output_is_enabled_again(
     plc: PlcBench, lost: str, held: bool
 ) -> None:
-    """A controller that was off shows words of 0: no position of age 0 is made of them.
+    """A controller that was off shows words of 0, which must not become a position of age 0.
 
-    That Done of before still stands, because Execute does, does not bring them back.
+    Done of the earlier enabling is still TRUE, because Execute is, but does not make the words
+    valid.
 
     Source: docs/how-to/position.md, Age
     """

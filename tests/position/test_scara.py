@@ -96,7 +96,7 @@ def test_the_joints_of_a_place_right_handed(
 )
 @pytest.mark.parametrize("hand", ["HAND_RIGHT", "HAND_LEFT"])
 def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand: str) -> None:
-    """They reach from 225 - 175 to 225 + 175 mm; 283 and 283 mm are 400.2 mm.
+    """The arms reach from 225 - 175 to 225 + 175 mm; 283 and 283 mm are 400.2 mm away.
 
     Rule: robot-limits.
     """
@@ -134,10 +134,10 @@ def test_equal_arms_reach_to_a_hundredth_of_a_millimetre_from_the_base(
 
 @pytest.mark.parametrize("arms", [(200.0, 200.0), (150.0, 250.0)])
 def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
-    """At right angles: the elbow at arm 1 along Y, the hand arm 2 to the left.
+    """The angle is a right angle: the elbow is at arm 1 along Y, the hand arm 2 to the left.
 
-    With equal arms the hand would reach the base itself, where every direction is as good: that
-    is refused. Where arm 2 is the longer one it goes beyond the base when it is folded.
+    Arms of equal length would reach the base itself, where every direction is equally good; that is
+    refused. If arm 2 is longer, it extends beyond the base when it is folded.
     """
     own: dict[str, Any] = {"Arm1": arms[0], "Arm2": arms[1]}
     joints, error = inverse([-arms[1], arms[0], 0, 180], "HAND_RIGHT", **own)
@@ -251,9 +251,9 @@ def test_the_base_puts_the_robot_into_your_coordinates(engine: str) -> None:
 def test_axis_1_comes_within_half_a_turn(
     base: float, place: tuple[float, float], axis1: float
 ) -> None:
-    """The directions are 180, 0, 0, -30, 30, -10.5 and 10.5 degrees from Y; less the base.
+    """The directions are 180, 0, 0, -30, 30, -10.5 and 10.5 degrees from Y, less the base's.
 
-    What is not within half a turn then gets a whole one more or less.
+    A direction beyond half a turn then gets a whole turn more or less.
     """
     joints, error = inverse([*place, 0, 0], "HAND_RIGHT", Base=[0.0, 0.0, 0.0, base])
     assert error == 0
@@ -362,7 +362,7 @@ def test_pulses_of_before_do_not_stay_in_an_error_which_goes_with_its_cause() ->
 
 
 def test_the_arm_is_right_handed_unless_it_is_said() -> None:
-    """At x = 0 and the diagonal of a right angle. Source: comment of HandSystem."""
+    """The point is at x = 0 and the diagonal of a right angle. Source: comment of HandSystem."""
     block = scara("Inverse", "auto")
     with_arm(block, {})
     block["Block.PositionMm"] = [0.0, 285.044, 5.0, 90.0, 0.0, 0.0]
@@ -371,7 +371,10 @@ def test_the_arm_is_right_handed_unless_it_is_said() -> None:
 
 
 def test_axes_5_and_6_do_not_count() -> None:
-    """Neither of the position nor of the arm. Source: comments of RCX_SCARA and of PositionMm."""
+    """This applies to the position and to the arm.
+
+    Source: comments of RCX_SCARA and of PositionMm.
+    """
     much = [0, 0, 0, 0, 2_100_000_000, -2_100_000_000]
     joints, error = inverse([-175, 225, 10, 180, 9000.0, -9000.0], "HAND_RIGHT", Zero=much)
     assert error == 0
@@ -391,7 +394,7 @@ def test_axes_5_and_6_do_not_count() -> None:
     ],
 )
 def test_the_hand_system_is_that_of_the_bend_in_any_turn(axis2: float, hand: str) -> None:
-    """At 200 degrees the arm stands as at -160.
+    """At 200 degrees the arm has the same pose as at -160.
 
     Rule: robot-arm.
     """

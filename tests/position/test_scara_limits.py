@@ -15,7 +15,9 @@ _NAN = math.nan
 @pytest.mark.parametrize("k", range(4))
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_pulses_beyond_a_thousand_million_are_none(k: int, sign: int) -> None:
-    """Of the axes 8047, of the zeros 8061; their difference is then a double word in any case.
+    """The error is 8047 for axes and 8061 for zeros.
+
+    The difference of two legal numbers is always a double word.
 
     Source: comments of Pulses and Zero; docs/reference/errors.md, 16#8047 and 16#8061
     """
@@ -51,7 +53,7 @@ def test_pulses_beyond_a_thousand_million_are_none(k: int, sign: int) -> None:
 def test_a_position_beyond_8192_millimetres_or_degrees_is_too_large(
     pulses: tuple[float, ...], arm: dict[str, Any]
 ) -> None:
-    """No block takes such a position, and a REAL does not hold it to 0.001 mm.
+    """No block accepts such a position, and a REAL cannot hold it to 0.001 mm.
 
     Source: docs/reference/errors.md, 16#8047
     """
@@ -147,7 +149,7 @@ def test_pulses_beyond_a_thousand_million_are_no_answer(k: int) -> None:
 def test_an_axis_that_would_turn_beyond_a_thousand_million_pulses_is_refused(
     sign: int, turned: int, error: int
 ) -> None:
-    """With 1,000,000 pulses per degree: up to 8,000,000,000, which is no double word.
+    """With 1,000,000 pulses per degree, up to 8,000,000,000 pulses do not fit into a double word.
 
     Source: docs/reference/errors.md, 16#8047
     """

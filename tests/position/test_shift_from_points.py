@@ -29,7 +29,7 @@ def _six(place: Sequence[float]) -> list[float]:
 def _shift(
     origin: Sequence[float], along_x: Sequence[float], engine: str = "auto", **pins: Any
 ) -> tuple[list[float], int, float]:
-    """ShiftMm, ErrorID and Distance after one scan."""
+    """Return ShiftMm, ErrorID and Distance after one scan."""
     block = _block(engine)
     block.restart()
     for pin, value in {"Origin": _six(origin), "AlongX": _six(along_x), **pins}.items():
@@ -61,7 +61,7 @@ def _scan(block: Alone) -> tuple[list[float], int, float]:
 def test_the_first_point_is_the_origin_and_the_second_the_direction_of_x(
     engine: str, way: tuple[float, float], turn: float, far: float
 ) -> None:
-    """The angle whose tangent is 4 / 3 is 53.1301 degrees; R goes from X to Y.
+    """The angle with the tangent 4 / 3 is 53.1301 degrees; R goes from X to Y.
 
     Source: remote command guide 4.3.4: axes 1 to 4 are X, Y, Z and R
     """
@@ -73,7 +73,7 @@ def test_the_first_point_is_the_origin_and_the_second_the_direction_of_x(
 
 
 def test_in_the_shift_the_points_are_zero_and_on_x() -> None:
-    """By the model of the controller: 200 pairs of points anywhere.
+    """The controller's model gives 200 pairs of points anywhere.
 
     Source: harness/rcx_harness/robot/geometry.py
     """

@@ -28,7 +28,7 @@ def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
 
 
 def _ms(plc: PlcBench) -> float:
-    """The age [ms]."""
+    """Return the age [ms]."""
     age = plc["Position.Age"]
     assert isinstance(age, timedelta)
     return age / timedelta(milliseconds=1)
@@ -41,7 +41,7 @@ def _read(plc: PlcBench, place: list[int] | None = None) -> None:
 
 
 def _watching(engine: str = "auto", **pins: Any) -> PlcBench:
-    """The first position has just been read, and nobody has the channel."""
+    """Return a bench that has just read its first position; the channel is free."""
     plc = _plc(engine, Enable=True, **pins)
     _read(plc)
     assert plc["Position.Valid"]
@@ -75,7 +75,7 @@ def test_the_first_position_is_read_at_once(engine: str, before: int) -> None:
     ],
 )
 def test_a_robot_without_a_hand_system_has_none(word: int, hand: str) -> None:
-    """Bits 2 and 1 of m+6: 01 is right-handed, 10 left-handed; nothing stays of the last one.
+    """Bits 2 and 1 of m+6: 01 is right-handed, 10 left-handed. The last value is not kept.
 
     The bits above are arm rotations.
 
@@ -102,9 +102,9 @@ def test_the_age_counts_from_before_the_command_goes_out(engine: str) -> None:
 
 
 def test_a_turn_that_comes_late_makes_no_age() -> None:
-    """What another command had the channel for is before the reading.
+    """The time in which another command had the channel is before the reading.
 
-    From the scan of its end on: reset, data, code, answer.
+    The age counts from the scan of that command's end: reset, data, code, answer.
     """
     plc = _plc()
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
@@ -117,7 +117,7 @@ def test_a_turn_that_comes_late_makes_no_age() -> None:
 
 @pytest.mark.parametrize("period", [None, 100, 200])
 def test_it_is_read_again_after_the_period(period: int | None) -> None:
-    """From command to command, half a second unless given."""
+    """The period from command to command is half a second by default."""
     plc = _watching(**({} if period is None else {"Period": f"T#{period}ms"}))
     assert _ms(plc) == pytest.approx(20)
     scans = plc.scan_until(lambda: plc.words[0] == 0x0506)
@@ -145,7 +145,7 @@ def test_while_a_command_is_out_it_waits_and_the_age_grows() -> None:
 
 
 def test_a_chain_of_commands_without_a_gap_is_never_delayed() -> None:
-    """The next one takes its ticket in the scan in which the one before it ends."""
+    """The next command takes its ticket in the scan in which the one before it ends."""
     plc = _watching(Period="T#0ms")
     _read(plc)
     plc["First.Code"], plc["Last.Code"] = 0x0501, 0x0502
@@ -159,7 +159,10 @@ def test_a_chain_of_commands_without_a_gap_is_never_delayed() -> None:
 
 
 def test_another_command_waits_for_one_reading_at_most() -> None:
-    """With a period of 0 it reads all the time; a command that comes is the next one."""
+    """With a period of 0 the block reads all the time.
+
+    Another command is sent after this reading.
+    """
     plc = _watching(Period="T#0ms")
     plc.scan_until(lambda: plc.words[0] == 0x0506)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
@@ -194,7 +197,7 @@ def test_when_nothing_is_given_directly_any_more_it_reads_after_the_period() -> 
 
 
 def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
-    """It was asked for before the direct one came; or after it."""
+    """The reading was requested before the direct position came, or after it."""
     plc = _plc(Enable=True, DirectMm=[1.0] * 6, Period="T#0ms")
     plc.scan(2)
     plc.change("Position.Direct", to=True)
@@ -212,7 +215,7 @@ def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
 
 
 def test_a_reading_whose_turn_begins_in_the_scan_of_a_direct_position_is_not_older() -> None:
-    """It waited behind another command; the direct position was given until that scan."""
+    """The reading waited for another command; the direct position was given until that scan."""
     plc = _plc(DirectMm=[1.0] * 6, Period="T#10s")
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(2)
@@ -252,7 +255,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
 def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
     moment: int, lost: str, error: int, direct: bool
 ) -> None:
-    """Before the reading, during it, and between two."""
+    """The loss comes before the reading, during it, or between two readings."""
     plc = _plc(Enable=True, Direct=direct)
     if moment < 4:
         plc.scan(moment)
@@ -421,7 +424,7 @@ def test_number_period_and_timeout_are_sampled_at_the_start() -> None:
 
 
 def test_a_reading_of_an_earlier_enable_counts_for_nothing() -> None:
-    """It was of another robot; the next one is asked for as soon as it has ended."""
+    """The reading belonged to another robot; the next reading starts as soon as it has ended."""
     plc = _plc(Enable=True, RobotNumber=2)
     plc.scan(2)
     plc.change("Position.Enable", to=False)
@@ -516,7 +519,7 @@ def test_an_age_of_a_day_to_the_millisecond_stays() -> None:
 
 
 def test_a_reading_that_takes_days_makes_an_age_of_a_day() -> None:
-    """Without a time limit the answer may come after 60 hours: Age stays at a day then, too."""
+    """Without a time limit the answer may come after 60 hours; Age is limited to one day."""
     plc = _plc(Enable=True, Timeout="T#0s")
     plc.scan()
     plc.now_us += 3_600_000_000 - plc.scan_us

@@ -42,7 +42,7 @@ _TUBE: dict[str, Any] = {
 def test_a_box_lies_between_two_corners_in_any_order(
     engine: str, place: Sequence[float], depth: float, swapped: bool
 ) -> None:
-    """From (100, 200, 300) to (200, 400, 600): the nearest side counts."""
+    """The box is from (100, 200, 300) to (200, 400, 600); the nearest side counts."""
     corners = {"Corner1": _BOX["Corner2"], "Corner2": _BOX["Corner1"]} if swapped else _BOX
     area = WorkArea(engine, **corners)
     assert area.at(*place) == ("inside" if depth > 0 else "outside")

@@ -28,7 +28,7 @@ def _rules(master: Master) -> list[str]:
 
 @pytest.mark.parametrize("second", [VERSION, (0x0505,)])
 def test_a_command_after_a_changed_one_is_executed(second: tuple[int, ...]) -> None:
-    """The status is 0x0000 at once where the knob says so; the movement goes on behind it.
+    """The knob can set the status to 0x0000 at once, while the movement continues.
 
     Rule: changed-command, ready-first.
     Source: remote command guide chapter 1, 1.2, code 0x0000
@@ -63,7 +63,7 @@ def test_a_movement_beside_one_whose_status_is_not_shown_is_refused_as_busy() ->
 
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_a_changed_command_that_acts_later_still_acts(shown: str) -> None:
-    """Only its status is not reflected.
+    """Only its status is not shown.
 
     Rule: changed-command.
     Source: remote command guide chapter 1, 1.1, note
@@ -97,7 +97,7 @@ def test_the_alarm_of_a_changed_command_is_not_shown_and_not_entered(shown: str)
 
 
 def test_the_code_that_stands_there_in_a_ready_status_of_that_kind_is_not_executed() -> None:
-    """It was set while the status was 0x0100; the next one is legal and is executed.
+    """The code was set while the status was 0x0100; the next code is legal and is executed.
 
     Rule: changed-command, early-command.
     Source: remote command guide chapter 1, 1.2, code 0x0000
@@ -120,7 +120,7 @@ def test_the_code_that_stands_there_in_a_ready_status_of_that_kind_is_not_execut
 def test_a_changed_data_word_is_a_changed_command_or_free(
     belong: bool, status: int, found: list[str]
 ) -> None:
-    """Also a word that the command does not use.
+    """The word may be one that the command does not use.
 
     Rule: changed-data, hold-command.
     Source: remote command guide chapter 1, 1.1, note
@@ -224,7 +224,7 @@ def test_continuous_output_that_changes_its_data_only_ends_with_the_change() -> 
 
 
 def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
-    """A master whose words stand still is no reason to skip it. Rule: changed-command."""
+    """The command also runs if the master's words do not change. Rule: changed-command."""
     master = powered_up(command_delay=100, changed_command_status="ready")
     master.send(*POINT_1)
     master.run(20)
@@ -237,7 +237,7 @@ def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
 
 @pytest.mark.parametrize("waits", [True, False])
 def test_a_code_that_waits_needs_no_change_of_the_inputs(waits: bool) -> None:
-    """The words stand still from the code that replaced another one on. Rule: early-command."""
+    """The words do not change after the code that replaced another code. Rule: early-command."""
     master = powered_up(command_delay=20, early_command_waits=waits)
     master.send(*POINT_1)
     master.run(10)
@@ -249,7 +249,7 @@ def test_a_code_that_waits_needs_no_change_of_the_inputs(waits: bool) -> None:
 
 
 def test_a_command_that_failed_unseen_is_not_tried_again() -> None:
-    """Point 7 is not defined when the assignment acts; what is written there later does not count.
+    """Point 7 is not defined when the assignment runs; defining it later has no effect.
 
     Rule: changed-command.
     """

@@ -101,7 +101,7 @@ _BEYOND = low_high(1_000_001)
     ],
 )
 def test_a_target_beyond_the_soft_limit_ends_in_2_334(words: tuple[int, ...]) -> None:
-    """Nothing moves.
+    """The robot does not move.
 
     Rule: soft-limit.
     Source: remote command guide chapter 1, 1.1, example 0x0002 / 0x014E
@@ -128,7 +128,7 @@ def test_a_target_beyond_the_soft_limit_ends_in_2_334(words: tuple[int, ...]) ->
 def test_a_movement_does_not_start_in_a_stop_or_with_the_servos_off(
     words: tuple[int, ...], what: str, alarm: str
 ) -> None:
-    """No position is shown, also by a jog: it has not been stopped by the input.
+    """No position is shown, also for a jog, because the input did not stop it.
 
     Rule: stop-alarm, other-alarms, jog-refused.
     Source: manual chapter 4, 4

@@ -182,7 +182,7 @@ def test_the_defaults_of_an_axis_and_of_a_program() -> None:
         "steps": (),
         "file": "",
         "text": "",
-        "path": "",  # these two are no keys of a robot file
+        "path": "",  # these two are not keys of a robot file
         "offset": 0,
     }
 
@@ -250,7 +250,7 @@ def test_a_number_of_an_axis_is_taken_up_to_its_limits(
 @pytest.mark.parametrize("value", [float("inf"), float("-inf"), float("nan"), True, "5"])
 @pytest.mark.parametrize("key", ["min_interval", "servo_on_delay", "variables"])
 def test_a_number_that_is_not_finite_is_refused(key: str, value: Any) -> None:
-    """Of a variable there are no limits but those of its kind."""
+    """The only limits of a variable are those of its type."""
     given = {"SGR0": value} if key == "variables" else value
     with pytest.raises(InputError):
         _robot(key, given)

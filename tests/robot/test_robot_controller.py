@@ -150,7 +150,7 @@ def test_violations_are_drained_once_and_kept() -> None:
 
 
 def _random_life(seed: int, robot: Controller, start: int, cycles: int) -> list[bytes]:
-    """Random bits, words, losses and events: whatever comes, the controller answers."""
+    """Apply random bits, words, losses and events; the controller must always answer."""
     rng = random.Random(seed)
     si = bytearray(48)
     answers = []
@@ -244,7 +244,7 @@ def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: i
 def test_changes_before_the_first_cycle_show_in_it(
     act: Callable[[Controller], None], at: int, byte: int
 ) -> None:
-    """At time 0, with a controller that has booted; and in a later cycle likewise.
+    """The changes come at time 0, with a booted controller, and in a later cycle.
 
     Source: manual chapter 1, 4.1
     """

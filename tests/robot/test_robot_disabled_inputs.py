@@ -24,7 +24,7 @@ _SETTINGS: dict[str, tuple[dict[str, Any], str]] = {
 _ALL = {"SI00", "SI01", "SI06", "SI10", "SI12", "SI14", "SI15", "SI16", "SI17", "terminal"}
 _STOPS = {"SI00", "SI06", "terminal"}  # chapter 1, 5: SI(00), SI(06) and the terminal are valid
 
-#: What has an effect under each of them.
+#: The inputs that have an effect under each setting.
 _WORKS: dict[str, set[str]] = {
     "none": _ALL,
     "pendant": _STOPS | {"SI10", "SI16"},
@@ -50,7 +50,7 @@ def _press(master: Master) -> None:
     master.run(20)
 
 
-#: How each is tried, and whether it has had its effect.
+#: For each input: how to use it, and how to see its effect.
 _TRIES: dict[str, tuple[Callable[[Master], None], Callable[[Master], bool]]] = {
     "SI00": (_off("SI00"), lambda master: master.on("SO00")),
     "terminal": (_press, lambda master: master.on("SO00")),
@@ -66,7 +66,7 @@ _TRIES: dict[str, tuple[Callable[[Master], None], Callable[[Master], bool]]] = {
     "SI16": (_pulse("SI16"), lambda master: not master.on("SO03")),
     "SI17": (_pulse("SI17"), lambda master: master.robot.machine.origin_running),
 }
-#: What has to be there before, brought without the dedicated inputs.
+#: Required state before the input, made without dedicated inputs.
 _SERVO_ON, _RUN = (0x0042,), (0x0402,)
 _BEFORE = {"SI06": (_RUN,), "SI14": (_SERVO_ON,), "SI17": (_SERVO_ON,)}
 
@@ -74,7 +74,7 @@ _BEFORE = {"SI06": (_RUN,), "SI14": (_SERVO_ON,), "SI17": (_SERVO_ON,)}
 @pytest.mark.parametrize("name", sorted(_ALL))
 @pytest.mark.parametrize("setting", _SETTINGS)
 def test_which_dedicated_input_works_under_which_setting(setting: str, name: str) -> None:
-    """What is disabled has no effect later either, once the setting has gone: its edge is over.
+    """A disabled edge has no effect later either, when the setting has changed: the edge is over.
 
     Rule: pendant-inputs, safety-inputs, parallel-reading, parallel-inputs, emergency-terminal.
     Source: manual chapter 1, 5 and 4.1; remote command guide chapter 3, restrictions
@@ -121,7 +121,7 @@ def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str)
 
 @pytest.mark.parametrize(("keeps", "runs"), [(True, False), (False, True)])
 def test_disabled_stops_count_as_on_without_a_connection(keeps: bool, runs: bool) -> None:
-    """Where the loss itself is no serious alarm. Rule: safety-inputs, link-lost."""
+    """The loss itself is not a serious alarm here. Rule: safety-inputs, link-lost."""
     master = servos_on(safety_keeps_stops=keeps, minor_alarms=("12.400", "12.552"))
     master.pulse("SI12")
     master.robot.inject("safety_on")

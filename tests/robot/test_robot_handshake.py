@@ -71,7 +71,7 @@ def test_the_command_is_accepted_after_a_delay() -> None:
 
 
 def test_a_command_code_changed_before_its_end_gets_no_status() -> None:
-    """The movement goes on to its end.
+    """The movement continues to its end.
 
     Rule: hold-command, changed-command.
     Source: remote command guide chapter 1, 1.1, note

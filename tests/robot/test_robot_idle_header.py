@@ -12,12 +12,12 @@ _LOSS = "12.552 EtherNet/IP overtime error"
 
 
 def _image(word: int = 0, bits: int = 0x41) -> bytes:
-    """The master's area: word 2, and byte n+32."""
+    """Return the master's area with word 2 and byte n+32."""
     return struct.pack("<4xH26xB15x", word, bits)
 
 
 def _served(idle_header: str) -> ServedHost:
-    """With a master whose program runs."""
+    """Return a served controller with a master whose program runs."""
     served = ServedHost(RobotConfig(idle_header=idle_header))
     served.network.send(_image(7))
     served.run(20)

@@ -19,7 +19,7 @@ def _modules() -> dict[str, Path]:
 
 
 def _imports(file: Path) -> set[str]:
-    """What a module names in its imports, also under TYPE_CHECKING and in functions."""
+    """Return what a module imports, also under TYPE_CHECKING and in functions."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

@@ -50,7 +50,7 @@ def test_100_ms_between_two_changes_are_enough() -> None:
 def test_a_change_that_comes_too_early_is_not_recognised_and_is_reported(
     changes: list[tuple[str, bool, float]], text: str
 ) -> None:
-    """The interval counts for the same input and for different ones.
+    """The interval applies to changes of the same input and of different inputs.
 
     Rule: interval, interval-strict, interval-stops.
     Source: manual chapter 5, 3.1, caution
@@ -64,7 +64,7 @@ def test_a_change_that_comes_too_early_is_not_recognised_and_is_reported(
 
 
 def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
-    """Both may fall together, at any time; that is no violation. Rule: interval-stops."""
+    """Both may fall together at any time; that is not a violation. Rule: interval-stops."""
     master = servos_on()
     master.turn_and_wait("SI12", True, 50)
     master.turn("SI00", False)
@@ -76,7 +76,7 @@ def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
 
 
 def test_another_input_in_the_exchange_of_a_switch_off_is_not_recognised() -> None:
-    """But it is no violation: a slow packet may have brought an earlier change with it.
+    """It is not a violation, because a slow packet may have brought an earlier change with it.
 
     Rule: interval-stops.
     """
@@ -111,7 +111,7 @@ def test_an_unrecognised_level_is_taken_after_the_interval(late: bool, emergency
 
 
 def test_an_edge_that_was_not_recognised_never_acts() -> None:
-    """It is only a level later: the next edge needs an OFF in between.
+    """The input is only a level later: the next edge needs an OFF in between.
 
     Rule: interval-levels, interval-strict.
     """
@@ -184,7 +184,7 @@ def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -
 
 
 def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_on_again() -> None:
-    """To the controller it was ON all the time. Rule: interval-levels, interval-strict."""
+    """The controller saw it ON all the time. Rule: interval-levels, interval-strict."""
     master = powered_up()
     master.turn_and_wait("SI16", True, 50)
     master.turn_and_wait("SI16", False, 50)
@@ -200,7 +200,7 @@ def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_o
 
 @pytest.mark.parametrize("lost", [False, True])
 def test_the_interval_counts_from_no_change_before_the_first_image(lost: bool) -> None:
-    """At power-on and after a loss. Rule: link-first-image."""
+    """This applies to power-on and to a loss. Rule: link-first-image."""
     master = Master()
     if lost:
         master.power_up()

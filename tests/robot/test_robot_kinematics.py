@@ -64,7 +64,7 @@ def test_both_arms_reach_the_same_place(arm: Scara, sign: int) -> None:
 
 @pytest.mark.parametrize("place", [(0, 400_010), (0, 49_990), (0, 0), (-300_000, 300_000)])
 def test_what_the_arms_do_not_reach_is_refused(place: tuple[int, int]) -> None:
-    """They reach from 225 - 175 to 225 + 175 mm. Rule: robot-limits."""
+    """The arms reach from 225 - 175 to 225 + 175 mm. Rule: robot-limits."""
     with pytest.raises(UnreachableError):
         YK400.inverse([*place, 0, 0])
 

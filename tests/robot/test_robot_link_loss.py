@@ -14,7 +14,7 @@ LOST = (0x4000, 12, 552) + (0,) * 13
 
 
 def _lose(master: Master, ms: float = 100) -> None:
-    """Without a connection, then with it again."""
+    """Run without a connection, then with a connection again."""
     master.connected = False
     master.run(ms)
     master.connected = True
@@ -57,7 +57,7 @@ def test_the_status_after_a_loss_of_the_connection(
 
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_a_changed_command_is_forgotten_with_the_connection(shown: str) -> None:
-    """What it was to do is not done any more. Rule: link-command, changed-command."""
+    """It is not executed any more. Rule: link-command, changed-command."""
     master = powered_up(command_delay=200, changed_command_status=shown)
     master.send(0x0100, 0, 1, 0, 5)
     master.run(50)
@@ -86,7 +86,9 @@ def test_a_status_that_is_being_reset_is_ready_after_the_loss() -> None:
 @pytest.mark.parametrize(("taken", "count"), [(True, 1), (False, 0)])
 @pytest.mark.parametrize("power", [False, True])
 def test_a_code_in_the_first_image_of_a_connection(taken: bool, count: int, power: bool) -> None:
-    """After a loss and after power-on alike; another code after it is a command in either reading.
+    """This applies after a loss and after power-on.
+
+    With both settings, another code after it is a command.
 
     Rule: first-image-command.
     """
@@ -140,7 +142,7 @@ def test_a_sequence_program_that_is_about_to_start_does_not_start_without_connec
 
 @pytest.mark.parametrize(("latches", "serious"), [(False, False), (True, True)])
 def test_the_alarm_of_a_missing_connection_may_latch(latches: bool, serious: bool) -> None:
-    """Latched it is a serious one, which an alarm reset ends; in neither case is SO(04) OFF.
+    """A latched alarm is serious and ends by an alarm reset; in neither case is SO(04) OFF.
 
     Rule: link-error-at-power-on, mp-ready.
     """

@@ -171,7 +171,7 @@ def test_auto_mode_comes_its_time_after_the_last_change() -> None:
 
 
 def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
-    """Without a connection since power-on Network Status is green; the alarm is 12.551.
+    """Without a connection since power-on, Network Status is green; the alarm is 12.551.
 
     Rule: leds, link-error-at-power-on.
     Source: manual chapter 1, 3 and 5.3

@@ -131,7 +131,7 @@ def test_tables_of_axes_change_those_of_the_model_in_their_order(tmp_path: Path)
 
 
 def test_a_second_robot_and_axes_beside_the_models(tmp_path: Path) -> None:
-    """Robot 2 is the Cartesian one; axis 5 of robot 1 and robot 3 are as the tables say."""
+    """Robot 2 is the Cartesian robot; axis 5 of robot 1, and robot 3, are as the tables say."""
     text = 'robot = ["YK400XE", "SXYX"]\n' + "[[axes]]\n" * 4
     text += "[[axes]]\nsoft_high = 7\n[[axes]]\nrobot = 2\nstart = 5\n[[axes]]\nrobot = 3\n"
     config = _load(tmp_path, text)
@@ -179,7 +179,7 @@ def test_a_cartesian_model_is_no_scara_robot() -> None:
 
 
 def test_points_beyond_the_limits_of_a_joint_end_in_the_soft_limit() -> None:
-    """At x = 0, y = -300 mm axis 1 would have to stand 180 degrees and more from the front."""
+    """At x = 0, y = -300 mm axis 1 would need an angle of 180 degrees or more from the front."""
     points = {1: Point((0, -300_000, 0, 0, 0, 0), mm=True)}
     master = mover(robot="YK400XE", points=points)
     assert master.execute(PTP, 0, 0, 0, 1) == abnormal_end("2.334")

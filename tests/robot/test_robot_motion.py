@@ -20,7 +20,7 @@ WAY = Point((100000, -50000, 0, 0, 0, 0))
 
 
 def _seconds(data: tuple[int, ...], **config: Any) -> float:
-    """From the cycle that takes the command to the end of the one that shows its end status."""
+    """Return the time from accepting a command to the end of its first end status [s]."""
     master = servos_on(points={19: WAY}, **config)
     master.send(0x0001, *data)
     start = master.now_us
@@ -97,7 +97,7 @@ def test_a_movement_without_a_way_is_done_at_once() -> None:
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("code", [0x0001, 0x0003])
 def test_an_axis_beyond_its_soft_limit_can_come_back(code: int, sign: int) -> None:
-    """But not stay there, nor go farther. Rule: limits-on-the-way."""
+    """It cannot stay there or move farther. Rule: limits-on-the-way."""
     axes = (Axis(start=sign * 1_000_100), Axis())
     points = {
         19: Point((sign * 999_000, 500, 0, 0, 0, 0)),
@@ -153,7 +153,7 @@ def test_the_axes_that_carry_a_turning_hand_stay_within_their_limits() -> None:
 
 
 def test_a_movement_goes_on_without_anything_new_from_the_master() -> None:
-    """After its end status, too, where it ended within the tolerance. Rule: arrival."""
+    """The movement may be within its tolerance, after its end status. Rule: arrival."""
     parameters = {"TOLE": 16_384}
     master = servos_on(points={19: WAY}, end_in_tolerance=True, parameters=parameters)
     master.send(0x0001, 0x0004, 0, 10, 19)

@@ -14,7 +14,7 @@ SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_metho
 
 
 def _master(*axes: Axis, **config: Any) -> Master:
-    """Servos on, every axis at 700 pulses; each group of axes takes 200 ms to its origin."""
+    """Return a master with servos on, axes at 700 pulses; a group takes 200 ms to its origin."""
     return servos_on(axes=axes, origin_time=200, **config)
 
 
@@ -84,7 +84,7 @@ def test_an_axis_with_the_mark_method_is_not_moved(name: str, mode: str) -> None
 
 
 def test_without_the_origin_of_a_mark_axis_si17_does_nothing() -> None:
-    """Until the axis has been brought to its mark, which the network cannot do.
+    """The axis must first be brought to its mark, which is not possible over the network.
 
     Rule: origin-mark.
     Source: manual chapter 5, 2, SI(17), ABS
@@ -134,7 +134,7 @@ def test_a_second_input_during_a_return_to_origin_has_no_effect() -> None:
 
 @pytest.mark.parametrize("name", ["SI14", "SI17"])
 def test_while_an_axis_moves_no_return_to_origin_begins(name: str) -> None:
-    """Neither beside a movement, which goes on, nor beside another return-to-origin.
+    """Another movement or return-to-origin is running, and continues.
 
     Rule: origin-model.
     """

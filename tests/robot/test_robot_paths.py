@@ -39,7 +39,7 @@ def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
     [(0, 0), (0.03125, 0.25), (0.125, 0.5), (0.5, 1.25), (0.75, 1.75), (0.9375, 2.25), (1, 2.75)],
 )
 def test_when_a_part_of_the_way_is_done(share: float, seconds: float) -> None:
-    """The figures of the profile above, the other way round. Rule: profile."""
+    """The figures are those of the profile above, calculated backwards. Rule: profile."""
     assert Profile.over(100, 50, 100, 50).when(share) == pytest.approx(seconds)
 
 
@@ -70,7 +70,7 @@ def test_an_arc_takes_the_other_way_round_if_the_first_point_lies_there() -> Non
 
 
 def test_an_arc_may_lie_anywhere_in_space() -> None:
-    """In the plane of Y and Z. Rule: arc."""
+    """The arc is in the plane of Y and Z. Rule: arc."""
     arc = Arc((2, 0, 0), (2, 5, 5), (2, 10, 0))
     assert arc.at(0.25) == pytest.approx([2, 5 - 5 * math.sqrt(0.5), 5 * math.sqrt(0.5)])
 
@@ -94,7 +94,7 @@ def test_no_circle_goes_through_points_on_a_line(points: list[tuple[float, ...]]
 
 
 def _move(start: int, target: int, axis: int = 2) -> AxisMove:
-    """100 pulses/s, and at once at that speed: 100 pulses take 1 s and a little."""
+    """Return a movement with 100 pulses/s from the start: 100 pulses take 1 s and a little."""
     return AxisMove(axis, start, target, 100, 1e9, 1e9)
 
 
@@ -199,7 +199,7 @@ def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> 
 @pytest.mark.parametrize("axes", range(1, 7))
 @pytest.mark.parametrize("on_r", [False, True])
 def test_pulses_come_back_from_millimetres(axes: int, on_r: bool) -> None:
-    """However many axes the robot has. Rule: coordinates."""
+    """The number of axes does not matter. Rule: coordinates."""
     frame = Frame(
         (1000.0, 700.0, 300.0, 100.0, 50.0, 1.5)[:axes],
         shift=(1_000, -2_000, 3_000, 33_000),

@@ -12,7 +12,7 @@ from structured_text.errors import InputError
 
 
 def run_steps(*steps: str, **config: Any) -> Master:
-    """A robot that has just been told to run these steps once."""
+    """Return a robot that has just been ordered to run these steps once."""
     program = RobotProgram(steps=steps, loop=False)
     master = powered_up(programs=(program,), program_start_delay=0, **config)
     master.turn_and_wait("SI12", True, 20)
@@ -83,7 +83,7 @@ def test_a_program_waits_for_an_input_then_goes_on() -> None:
 
 
 def test_delays_and_pulses_take_their_time() -> None:
-    """OUT with a time turns its output OFF again while the program goes on.
+    """OUT with a time turns its output OFF again while the program continues.
 
     Rule: program-length.
     """

@@ -23,7 +23,7 @@ def test_the_controller_starts_in_the_servo_off_state() -> None:
 
 
 def test_the_controller_has_booted_at_time_0_by_default() -> None:
-    """It answers in its first cycle. Rule: boot."""
+    """The controller answers in its first cycle. Rule: boot."""
     master = Master()
     master.run(5)
     assert master.on("SO01")
@@ -49,7 +49,7 @@ def test_si00_off_at_power_on_is_an_emergency_stop_without_alarm() -> None:
 
 
 def test_a_loss_of_the_link_is_one_alarm_however_long_it_lasts() -> None:
-    """Also where it is no serious one. Rule: link-loss-alarm, minor-alarms."""
+    """This also holds if the alarm is not serious. Rule: link-loss-alarm, minor-alarms."""
     master = powered_up(minor_alarms=("12.552",))
     master.connected = False
     master.run(100)

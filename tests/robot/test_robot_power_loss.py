@@ -15,7 +15,7 @@ POINT_1 = (0x0100, 0, 1, 0, 0x86A0, 0x0001)
 
 
 def _states(master: Master) -> tuple[int, ...]:
-    """Servo status reference, axes 1 to 4."""
+    """Return the servo status reference of axes 1 to 4."""
     return master.execute(0x1503)[2:6]
 
 
@@ -32,7 +32,10 @@ def _send(master: Master, *words: int) -> None:
 @pytest.mark.parametrize(("knob", "runs"), [(True, False), (False, True)])
 @pytest.mark.parametrize("off", _OFF)
 def test_without_motor_power_the_program_stops_or_goes_on(off: str, knob: bool, runs: bool) -> None:
-    """It does not start by itself when the power is back. Rule: main-power, servo-off-command."""
+    """The program does not start by itself when power returns.
+
+    Rule: main-power, servo-off-command.
+    """
     master = servos_on(motor_power_stops_program=knob)
     master.pulse("SI12")
     assert master.on("SO13")
@@ -52,7 +55,7 @@ def test_without_motor_power_the_program_stops_or_goes_on(off: str, knob: bool, 
 
 @pytest.mark.parametrize("programs", [True, False])
 def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
-    """Whatever the programs do. Rule: main-power."""
+    """The programs make no difference. Rule: main-power."""
     master = servos_on(motor_power_stops_program=programs, servo_off_alarm="6.301")
     _send(master, *POINT_1)
     master.send(*MOVE)
@@ -65,7 +68,7 @@ def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
 
 @pytest.mark.parametrize(("alarm", "expected"), [("", []), ("17.1", ["17.1"])])
 def test_the_loss_of_main_power_may_be_an_alarm(alarm: str, expected: list[str]) -> None:
-    """One, however often it is said; none when the power comes back. Rule: main-power."""
+    """Repeated events cause one alarm; the return of power causes none. Rule: main-power."""
     master = powered_up(main_power_alarm=alarm)
     for event in ("main_power_off", "main_power_off", "main_power_on"):
         master.robot.inject(event)
@@ -113,13 +116,13 @@ def test_motor_power_off_and_power_off_lock_every_brake(knob: bool) -> None:
 
 
 def _pattern(master: Master, kind: int, port: int) -> int:
-    """I/O port reference (guide, 4.5.1): kind DI 0, DO 1, MO 2, LO 3, TO 4, SO 6."""
+    """Return the I/O port reference (guide, 4.5.1): kind DI 0, DO 1, MO 2, LO 3, TO 4, SO 6."""
     return master.execute(0x0304, 0, kind << 12 | port << 4)[3]
 
 
 @pytest.mark.parametrize(("clears", "kept"), [(True, 0x00), (False, 0x01)])
 def test_outputs_at_power_on(clears: bool, kept: int) -> None:
-    """DO and SO are OFF in any case; MO, LO and TO as the knob says.
+    """DO and SO are always OFF; the knob decides about MO, LO and TO.
 
     Rule: internal-outputs, outputs-kept.
     """
@@ -135,7 +138,7 @@ def test_outputs_at_power_on(clears: bool, kept: int) -> None:
 
 
 def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
-    """They are the surroundings', as the switches and stops are. Rule: power-on-state."""
+    """The inputs belong to the surroundings, like switches and stops. Rule: power-on-state."""
     master = powered_up(parallel_io="valid")
     master.robot.inject("parallel_input", port=20, on=1)
     master.robot.inject("parallel_stop")
@@ -207,7 +210,7 @@ def test_cpu_ok_with_a_serious_alarm(alarms: tuple[str, ...], ok: bool) -> None:
 
 
 def test_a_serious_alarm_that_leaves_the_servos_on_keeps_everything_from_starting() -> None:
-    """What runs goes on. Rule: alarm-stops."""
+    """A running program continues. Rule: alarm-stops."""
     master = servos_on(alarm_stops_servo=False)
     _send(master, *POINT_1)
     master.pulse("SI12")

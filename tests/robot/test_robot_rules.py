@@ -35,7 +35,7 @@ def test_a_rule_of_the_manual_has_its_section_and_no_knob() -> None:
 
 
 def test_a_rule_that_is_public_or_measured_names_its_source() -> None:
-    """What a rule rests on: the manual, a public source, a measurement, or an assumption."""
+    """The basis of a rule is the manual, a public source, a measurement, or an assumption."""
     assert Rule("a", "text", section="ch. 1").basis == "manual"
     assert Rule("a", "text", knobs=("b",)).basis == "assumed"
     for basis in ("public", "measured"):
@@ -80,7 +80,7 @@ def test_every_key_is_in_one_section_and_the_page_shows_it_there() -> None:
 
 
 def test_the_sections_can_be_read_each_by_itself() -> None:
-    """A configuration is one value; `RobotConfig(knob=...)` and `config.knob` know no section."""
+    """A configuration is one value. `RobotConfig(knob=...)` and `config.knob` need no section."""
     config = RobotConfig(servo_on_delay=10.0, busy_alarm="6.7")
     assert all(isinstance(config, section) for section in SECTIONS)
     assert (config.servo_on_delay, config.busy_alarm, config.size) == (10.0, "6.7", 48)

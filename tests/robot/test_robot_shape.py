@@ -125,7 +125,7 @@ def test_of_many_points_the_first_are_drawn(tmp_path: Path) -> None:
 
 
 def test_of_pallets_so_many_positions_are_drawn_as_of_points(tmp_path: Path) -> None:
-    """The first pallet has 200 positions, the second one of as many more than are left."""
+    """The first pallet has 200 positions, and the second is cut at the limit for all points."""
     text = "".join(f"[points.{k}]\nmm = [{k}, {k}]\n" for k in range(1, 6))
     text += "".join(f"[pallets.{k}]\npositions = [20, 10, 1]\nfirst_point = 1\n" for k in (1, 2))
     (shape,) = shapes(load(tmp_path, 'robot = "SXYX"\n' + text))

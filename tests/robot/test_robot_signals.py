@@ -30,7 +30,7 @@ def test_servo_on_is_executed_when_si01_switches_from_off_to_on() -> None:
 
 
 def test_a_short_switch_off_of_si00_is_an_emergency_stop_too() -> None:
-    """It is not forgotten while its answer is on the way.
+    """The stop is not forgotten while its answer is on the way.
 
     Rule: emergency-stop.
     Source: manual chapter 5, 3.1
@@ -62,7 +62,7 @@ def test_servo_on_from_emergency_stop_goes_over_the_alarm_reset() -> None:
 
 
 def test_an_emergency_stop_ends_a_servo_on_that_is_not_yet_answered() -> None:
-    """It does not come back by itself after the alarm reset.
+    """The servo on does not continue by itself after the alarm reset.
 
     Rule: emergency-stop, answers.
     Source: manual chapter 5, 3.1
@@ -139,7 +139,7 @@ def test_mp_ready_in_emergency_stop(
 
 
 def test_a_serious_error_turns_so03_on_and_so04_off() -> None:
-    """It switches the servos off, too; an alarm reset clears it.
+    """The error also switches the servos off; an alarm reset clears it.
 
     Rule: serious-alarm, alarm-stops.
     Source: manual chapter 5, 2, SO(03) and SO(04)

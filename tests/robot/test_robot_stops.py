@@ -38,7 +38,7 @@ def test_an_emergency_stop_again_before_its_release_is_answered_is_one(
     first: tuple[Callable[[Master], None], ...],
     again: tuple[Callable[[Master], None], ...],
 ) -> None:
-    """SO(00) stays ON, and its release counts from the last one.
+    """SO(00) stays ON, and the release time counts from the last release.
 
     Rule: emergency-stop, emergency-release, answers.
     Source: manual chapter 5, 3.1, shift to emergency stop
@@ -87,7 +87,10 @@ def test_both_emergency_stops_must_be_released() -> None:
 
 
 def test_an_emergency_stop_whose_alarm_was_reset_is_an_alarm_again_when_it_comes_again() -> None:
-    """Where it can be reset before its release. Rule: emergency-stop, reset-after-release."""
+    """The configuration allows a reset before the release.
+
+    Rule: emergency-stop, reset-after-release.
+    """
     master = servos_on(reset_in_emergency_stop=True)
     master.turn_and_wait("SI00", False)
     master.pulse("SI16")
@@ -112,7 +115,7 @@ _STOPS: dict[str, Callable[[Master], None]] = {
 @pytest.mark.parametrize("by_command", [False, True])
 @pytest.mark.parametrize("stop", _STOPS)
 def test_a_stop_takes_back_a_start_that_is_not_answered(stop: str, by_command: bool) -> None:
-    """However short the stop is; the program does not start by itself after it.
+    """A short stop is enough; the program does not start by itself after it.
 
     Rule: start-withdrawn, program-stop.
     Source: manual chapter 5, 3.3: Turn OFF to stop the robot program
@@ -161,7 +164,7 @@ def test_a_stop_that_an_emergency_stop_overtakes_does_not_stop_the_next_start() 
 
 @pytest.mark.parametrize("name", ["SI01", "SI12"])
 def test_an_alarm_before_the_answer_takes_the_request_back(name: str) -> None:
-    """Also one that leaves the servos as they are. Rule: alarm-stops, answers."""
+    """This includes an alarm that leaves the servos unchanged. Rule: alarm-stops, answers."""
     delays = {"servo_on_delay": 500, "program_start_delay": 500}
     master = powered_up(alarm_stops_servo=False, **delays)
     master.pulse(name)
@@ -199,7 +202,7 @@ def test_a_return_to_origin_without_an_axis_to_move_is_no_attempt() -> None:
 
 @pytest.mark.parametrize("command", [0, 0x0032])
 def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
-    """By an input and by a command alike.
+    """The movement was started by an input or by a command.
 
     Rule: stop-alarm, origin-command-needs.
     Source: manual chapter 4, 4, 12.400 b
@@ -219,7 +222,10 @@ def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
 
 @pytest.mark.parametrize(("knob", "runs"), [(False, True), (True, False)])
 def test_a_sequence_program_in_an_emergency_stop(knob: bool, runs: bool) -> None:
-    """It goes on in a stop; by the knob an emergency stop holds it. Rule: sequence-program."""
+    """The program continues in a stop; the knob lets an emergency stop hold it.
+
+    Rule: sequence-program.
+    """
     master = servos_on(emergency_stops_sequence=knob)
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")

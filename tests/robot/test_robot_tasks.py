@@ -116,7 +116,7 @@ def test_halt_ends_all_tasks() -> None:
 
 
 def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> None:
-    """Also with nothing else to do in between. Rule: tasks."""
+    """This holds even if there is nothing else to do in between. Rule: tasks."""
     programs = (
         RobotProgram(steps=("START 3", "WAIT SI(27)=1")),
         RobotProgram(steps=("SO(30)=1", "WAIT SI(27)=1")),
@@ -143,7 +143,7 @@ def test_tasks_that_so13_does_not_show_are_stopped_and_are_not_reset_while_they_
     assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])
 
 
-#: What a task does beside MAIN, which suspends it when SI(20) comes and lets it go on with SI(21).
+#: Program of a second task. MAIN suspends it at SI(20) and restarts it at SI(21).
 HOLDER = RobotProgram(
     steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "WAIT SI(21)=1", "RESTART 2", "WAIT SI(27)=1"),
     loop=False,
@@ -169,7 +169,7 @@ def test_a_suspended_task_goes_on_with_restart_only() -> None:
 
 @pytest.mark.parametrize("state", ["running", "stopped", "suspended"])
 def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
-    """START begins what is ready or has ended, RESTART goes on with what is suspended.
+    """START begins a ready or ended task; RESTART continues a suspended task.
 
     Rule: task-table, tasks.
     """
@@ -224,7 +224,7 @@ def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
 
 @pytest.mark.parametrize("shown", [True, False])
 def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(shown: bool) -> None:
-    """Whether SO(13) shows that task or not. Rule: program-reset-running, tasks."""
+    """SO(13) may or may not show that task. Rule: program-reset-running, tasks."""
     master = _running(running_shows_all_tasks=shown, program_reset_delay=500)
     master.run(500)
     master.pulse("SI12")

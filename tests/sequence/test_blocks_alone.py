@@ -19,14 +19,14 @@ _STOPS = pytest.mark.parametrize(
 
 
 def _alone(block: str) -> Alone:
-    """Linked, CPU_OK; no dedicated output besides."""
+    """Return a block with link and CPU_OK, without other dedicated outputs."""
     alone = Alone(block, {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     return alone
 
 
 def _pulse(alone: Alone) -> None:
-    """Execute for one scan."""
+    """Set Execute for one scan."""
     alone["Block.Execute"] = True
     alone.scan(0)
     alone["Block.Execute"] = False
@@ -61,7 +61,7 @@ def test_a_stop_holds_in_every_call_up_to_the_one_that_ends_it(
 def test_a_stop_tells_at_once_that_the_cpu_is_down(
     block: str, hold: str, keep: str, wire: str
 ) -> None:
-    """Also while its input is still ON. Source: manual chapter 5, 2, SO(01)."""
+    """Its input may still be ON. Source: manual chapter 5, 2, SO(01)."""
     del hold, keep
     alone = _alone(block)
     alone[f"Robot.SI.{wire}"] = True
@@ -124,7 +124,7 @@ def test_a_release_that_failed_puts_the_hold_back_once_and_at_once() -> None:
 
 
 def _waiting(block: str) -> Alone:
-    """The block waits for a turn that another one has."""
+    """Return a block that waits for a turn which another block has."""
     alone = _alone(block)
     alone["Robot.Inner.HoldStop"] = True
     alone["Robot.Inner.Sequence.NextTicket"] = 1
@@ -266,7 +266,7 @@ def test_what_cannot_be_is_refused_before_the_input_goes_out(
 def test_after_a_scan_without_a_call_no_further_step_begins(
     block: str, stage: str, passes: str, inner: str
 ) -> None:
-    """What the stage waits for came in that scan; the block tells that it lost its turn."""
+    """The stage's condition came true in that scan, but the block reports a lost turn."""
     alone = _alone(block)
     alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
     alone["Robot.SI.SI00_EmergencyStop"] = alone["Robot.SI.SI06_Stop"] = True
@@ -317,7 +317,7 @@ def test_the_time_limit_of_a_jog_counts_from_its_enable() -> None:
 
 
 def test_a_jog_that_waited_too_long_is_off_the_queue() -> None:
-    """What it had asked for does not begin after its error.
+    """The requested work does not begin after the error.
 
     Source: docs/reference/errors.md, 16#8012.
     """

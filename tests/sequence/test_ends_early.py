@@ -53,7 +53,7 @@ _ERRORS = {
     "SO13=1": 0x8008,
     "SO02=0": 0x800C,
 }
-#: What the application and the link can refuse.
+#: Conditions of the application and of the link that end a sequence.
 _PINS = "EmergencyStopOk=0 StopOk=0 Connected=0"
 
 
@@ -118,7 +118,7 @@ def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> 
 
 @pytest.mark.parametrize("block", _BLOCKS)
 def test_a_missing_answer_ends_it_at_the_time_limit_and_the_input_is_taken_back(block: str) -> None:
-    """An alarm that stays, for one, needs a power restart: chapter 5, 2, SI(16)."""
+    """An alarm that needs a power restart is such a case: chapter 5, 2, SI(16)."""
     plc = _BLOCKS[block].ready()
     plc[f"{block}.Timeout"] = "T#300ms"
     plc.change(f"{block}.Execute", to=True, scans=30)

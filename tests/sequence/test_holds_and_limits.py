@@ -29,7 +29,7 @@ END_PROGRAM
 
 @pytest.fixture
 def stopped() -> PlcBench:
-    """The controller is up, and FB_ProgramStop has just taken SI(06) away."""
+    """Return a bench whose FB_ProgramStop has just switched SI(06) OFF."""
     plc = PlcBench(program=_PROGRAM)
     plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True, scans=60)
     assert plc.inputs == ["SI00", "SI06"]
@@ -61,7 +61,9 @@ def test_a_continuation_that_the_link_ends_puts_the_hold_back_in_the_same_scan(
 
 
 def test_one_that_was_refused_does_not_hold_against_another(stopped: PlcBench) -> None:
-    """It puts the hold back once, although its Execute stays TRUE; SI(06) waits for its interval.
+    """Its refusal restores the hold once, although Execute stays TRUE.
+
+    SI(06) waits for its interval.
 
     Source: manual chapter 5, 3.3; head of FB_ProgramContinue.
     """
@@ -86,7 +88,7 @@ _STOPS = pytest.mark.parametrize(
 
 
 def _running() -> PlcBench:
-    """The servos are on, and a program runs."""
+    """Return a bench with the servos on and a running program."""
     plc = servo_on()
     plc.outputs(SO13=True, SO14=False, scans=1)
     return plc

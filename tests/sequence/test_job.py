@@ -9,7 +9,7 @@ from plc_bench import PlcBench
 
 
 def _pins(plc: PlcBench, block: str) -> str:
-    """The outputs that are TRUE, as in `Busy Active`."""
+    """Return the outputs that are TRUE, as in `Busy Active`."""
     names = ("Done", "Busy", "Active", "Error")
     return " ".join(name for name in names if plc[f"{block}.{name}"])
 
@@ -102,7 +102,7 @@ def test_after_the_timeout_the_command_is_held_and_the_next_one_is_told(seen: bo
 
 
 def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> None:
-    """By its number alone the turn looks like its own."""
+    """The turn's number alone looks like its own."""
     plc = _plc()
     plc.change("First.Execute", to=True)
     assert _pins(plc, "First") == "Busy Active"
@@ -150,7 +150,7 @@ def test_link_loss_ends_the_waiting_blocks_too() -> None:
 
 
 def _job(**inputs: object) -> Alone:
-    """The first call, with Execute, has been made."""
+    """Return a job after its first call with Execute."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     for name, value in {**inputs, "Execute": True}.items():
         job[f"Block.{name}"] = value
@@ -200,7 +200,7 @@ def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
 
 @pytest.mark.parametrize("answer", [0x8001, 0x8002])
 def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(answer: int) -> None:
-    """As a jog that is refused in an emergency stop when the link is lost: the refusal goes."""
+    """A jog that is refused in an emergency stop loses its refusal when the link is lost."""
     job = _job(Remote=True, Trouble=0x8003)
     assert job["Channel.NextTicket"] == 0, "a command that is refused takes no ticket"
     job["Block.Trouble"], job["Block.Answer"] = 0, answer
@@ -240,7 +240,7 @@ def test_a_ticket_is_shown_before_one_that_is_up_to_32767_later(later: int, show
 
 
 def _waiting() -> Alone:
-    """With the ticket 40000, behind one that has the turn."""
+    """Return a job with ticket 40000 that waits behind the holder of the turn."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel"] = {"Serving": 39_999, "NextTicket": 40_000, "Lowest": 39_999}
     job["Block.Execute"] = True
@@ -268,7 +268,7 @@ def test_called_twice_in_a_scan_an_idle_job_may_start_and_one_that_waits_or_work
 
 
 def _twice(job: Alone) -> None:
-    """Two calls with the same number of the scan, 1."""
+    """Call the job twice with the same scan number, 1."""
     for now in (0, 10):
         job["Block.Scan"] = 0
         job.scan(now)
@@ -276,7 +276,7 @@ def _twice(job: Alone) -> None:
 
 @pytest.mark.parametrize("scan", [0, 2, 3, 65_535])
 def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: int) -> None:
-    """The numbers of the scans go on by one; another robot's may be lower, too."""
+    """Scan numbers increase by one; the numbers of another robot may be lower, too."""
     job = _job()
     assert job["Block.Scan"] == 1
     job["Block.Scan"] = (scan - 1) % 65_536
@@ -286,7 +286,7 @@ def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: in
 
 @pytest.mark.parametrize("ticket", [0, 65_535])
 def test_a_turn_that_has_gone_to_the_next_ticket_is_lost(ticket: int) -> None:
-    """Also where the tickets begin again after 65535."""
+    """Ticket numbers may start again after 65535."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel"] = {"Serving": ticket, "NextTicket": ticket, "Lowest": ticket}
     job["Block.Execute"] = True
@@ -300,7 +300,7 @@ def test_a_turn_that_has_gone_to_the_next_ticket_is_lost(ticket: int) -> None:
 
 @pytest.mark.parametrize(("field", "value"), [("Serving", 1), ("Orphan", True)])
 def test_a_turn_that_was_taken_away_is_lost(field: str, value: int) -> None:
-    """As by a FB_WriteArea that the block has moved behind: it was not seen before it."""
+    """FB_WriteArea does this if the block moved after it and so was not called before it."""
     job = _job()
     assert job["Block.Active"] is True
     job["Channel.NextTicket"] = 2
@@ -359,7 +359,7 @@ def test_an_earlier_request_on_the_wire_is_not_taken_for_its_own() -> None:
 
 
 def test_an_earlier_command_on_the_wire_keeps_the_channel_from_the_next_one() -> None:
-    """The job ends before the code of an earlier one has left the wire, which has its status.
+    """The job ends while an earlier code is still sent, to which the status belongs.
 
     Source: manual chapter 4, 2.1; head of FB_RcxJob.
     """

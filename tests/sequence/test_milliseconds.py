@@ -45,7 +45,7 @@ def program(request: pytest.FixtureRequest) -> Program:
 
 
 def test_a_literal_is_its_number(program: Program) -> None:
-    """Also where it is a nanosecond short, as about half of them on matiec."""
+    """On matiec about half of the literals are a nanosecond short."""
     for index, ms in enumerate(_LITERALS):
         program.write("Main.Index", index)
         program.scan(index)

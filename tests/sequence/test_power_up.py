@@ -7,8 +7,8 @@ import pytest
 from plc_bench import ROOT, PlcBench
 from sequence_bench import pins, servo_on
 
-#: What each stage waits for: a pin of the area blocks, or outputs of the controller.
-_GIVES: dict[str, str | dict[str, bool]] = {
+#: Each stage waits for a pin of the area blocks, or for outputs of the controller.
+_CONDITIONS: dict[str, str | dict[str, bool]] = {
     "CONNECTION": "Connected",
     "CPU_OK": {"SO00": True, "SO01": True, "SO03": True},
     "CELL_SAFE": "EmergencyStopOk",
@@ -21,11 +21,11 @@ _GIVES: dict[str, str | dict[str, bool]] = {
     "PROGRAM_RESET": {"SO14": True},
     "PROGRAM_START": {"SO14": False, "SO13": True},
 }
-_STAGES = tuple(_GIVES)
+_STAGES = tuple(_CONDITIONS)
 
 
 def _off(timeout: str = "T#300ms") -> PlcBench:
-    """Everything is missing: power, link, the cell's consent."""
+    """Return a bench without power, link, and consent of the cell."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc.change("Connected", "EmergencyStopOk", "StopOk", to=False, scans=30)
     plc["PowerUp.Timeout"] = timeout
@@ -35,7 +35,7 @@ def _off(timeout: str = "T#300ms") -> PlcBench:
 
 def _give(plc: PlcBench, stage: str) -> None:
     """Let happen what a stage waits for."""
-    gift = _GIVES[stage]
+    gift = _CONDITIONS[stage]
     if isinstance(gift, str):
         plc[gift] = True
     else:
@@ -53,7 +53,7 @@ def _until(plc: PlcBench, stage: str) -> None:
 
 
 def test_from_power_on_to_a_running_program_with_one_execute() -> None:
-    """What goes ON after power on, in this order. Source: manual chapter 5, 3.1 and 3.2."""
+    """These inputs go ON after power on, in this order. Source: manual chapter 5, 3.1 and 3.2."""
     plc = _off()
     seen: list[str] = []
     for stage in _STAGES:

@@ -24,7 +24,7 @@ _PINS = ("Done", "Busy", "Active", "Error", "ErrorID")
 _SCAN_MS, _MARGIN_MS = 20, 20
 _SPACING_MS = 100 + _MARGIN_MS
 
-#: The other block, called after the block under test; in odd runs one that waits for its turn.
+#: The rival is called after the block under test; in odd runs it is FB_ProgramReset.
 _RIVALS = {
     "FB_EmergencyStop": "FB_ServoOnFromEmergencyStop",
     "FB_ServoOnFromEmergencyStop": "FB_EmergencyStop",
@@ -57,7 +57,7 @@ _PROGRAM = """PROGRAM Second
 END_PROGRAM
 """
 
-#: How often an output of the controller goes ON and OFF by itself, per scan; rarer in calm times.
+#: Probability per scan that an output changes by itself; lower in calm phases.
 _ALONE = {
     "SO00": (0.004, 0.2),
     "SO01": (0.3, 0.004),
@@ -71,7 +71,7 @@ _ALONE = {
     "SO14": (0.005, 0.02),
     "SO15": (0.1, 0.1),
 }
-#: What an input brings about: the input and its state, the output and its state, how often.
+#: Effect of an input: the input and its state, the output and its state, the probability.
 _ANSWERS = (
     ("SI00", False, "SO00", True, 0.4),
     ("SI00", False, "SO02", False, 0.4),
@@ -83,11 +83,11 @@ _ANSWERS = (
     ("SI15", True, "SO14", True, 0.3),
     ("SI16", True, "SO03", False, 0.3),
 )
-#: What is not so rare does not depend on the times.
+#: Higher probabilities do not depend on the phase.
 _RARE = 0.1
 _LIMITS_MS = (0, 160, 300, 600, 1500)
-#: For so many scans the times are as calm, the answers as sure and the rival as busy.
-_SPELL = 100
+#: Scans of a phase with equal probabilities of disturbances, answers, and commands of the rival.
+_PHASE_SCANS = 100
 _CALM, _SURE, _RIVAL = (1.0, 0.3, 0.03), (1.0, 1.0, 0.1), (1.0, 1.0, 0.0)
 
 
@@ -128,11 +128,11 @@ class _Beside:
         return self.chance.random() < rate
 
     def _spell(self, scan: int) -> None:
-        if scan % _SPELL == 0:
+        if scan % _PHASE_SCANS == 0:
             self._calm, self._sure, self._rival = map(self.chance.choice, (_CALM, _SURE, _RIVAL))
 
     def draw(self, scan: int) -> None:
-        """What the user, the cell and the controller do before this scan."""
+        """Draw what the user, the cell and the controller do before this scan."""
         self._spell(scan)
         for part, rule in self.rules.items():
             lively = self._rival if part == "Rival" and not rule.execute else 1.0
@@ -163,7 +163,7 @@ class _Beside:
                 self.so = self.so | {name} if on else self.so - {name}
 
     def scan(self, now: int) -> None:
-        """One scan of both."""
+        """Run one scan of both, the blocks and their rules."""
         bits = sum(1 << (8 * int(name[2]) + int(name[3])) for name in self.so)
         self.program.write_bytes("Main.InputArea", bytes(32) + bits.to_bytes(2, "little"))
         self.program.scan(now * 1000)
@@ -186,7 +186,7 @@ class _Beside:
         view.turns.pass_on()
 
     def compare(self) -> None:
-        """The outputs of the blocks, and the dedicated inputs as written."""
+        """Compare the outputs of the blocks, and the dedicated inputs as written."""
         for part, rule in self.rules.items():
             expected = (rule.done, rule.busy, rule.active, bool(rule.number), rule.number)
             self._same(f"{part} {self.names[part]}", _PINS, self._look[part](), expected)

@@ -111,7 +111,7 @@ def test_an_output_that_is_on_before_the_signal_is_no_answer() -> None:
 
 @pytest.fixture
 def block() -> Alone:
-    """Enabled, the controller is up."""
+    """Return an enabled block with a controller that is up."""
     alone = Alone("FB_SequenceControl", {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = alone["Block.Enable"] = True
     alone["Block.Timeout"] = "T#100ms"

@@ -38,7 +38,7 @@ def test_an_answer_within_the_interval_ends_the_block_and_the_input_is_still_kep
 
 
 def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
-    """SI(00) goes ON only after the interval, and the controller answers later still.
+    """SI(00) goes ON only after the interval, and the controller answers even later.
 
     Source: manual chapter 5, 3.1, servo ON process from emergency stop status.
     """

@@ -9,7 +9,7 @@ from sequence_bench import in_emergency_stop, pins
 
 
 def _restarted() -> PlcBench:
-    """SI(00) has just gone ON again."""
+    """Return a bench whose SI(00) has just gone ON again."""
     plc = in_emergency_stop()
     plc["Restart.Timeout"] = "T#300ms"
     plc.change("Restart.Execute", to=True)
@@ -51,7 +51,7 @@ def test_servo_on_process_from_emergency_stop_status() -> None:
 
 
 def test_without_an_alarm_there_is_no_alarm_reset() -> None:
-    """As after an emergency stop at power-on.
+    """An emergency stop at power-on causes no alarm.
 
     Source: manual chapter 5, 3.1, initial servo ON process after power ON.
     """
@@ -80,7 +80,7 @@ def test_servo_on_waits_for_mp_ready() -> None:
 
 
 def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> None:
-    """Nothing has come of it, so the hold stays.
+    """The recovery has had no effect, so the hold remains.
 
     Source: manual chapter 5, 2, SI(01): SI(00) must be ON.
     """
@@ -260,7 +260,7 @@ def test_the_wait_for_mp_ready_has_a_time_limit_of_its_own() -> None:
 
 
 def test_the_applications_emergency_stop_ends_the_wait_for_mp_ready() -> None:
-    """Without waiting for SO(00). Source: manual chapter 5, 2, SI(00)."""
+    """The block does not wait for SO(00). Source: manual chapter 5, 2, SI(00)."""
     plc = in_emergency_stop()
     plc.change("Restart.Execute", to=True)
     _play(plc, "MP_READY")
@@ -290,7 +290,7 @@ def test_what_forbids_servo_on_ends_the_wait_for_mp_ready(
 def test_an_emergency_stop_of_one_scan_in_the_scan_of_the_release_wins(
     stop: str, since_change: int
 ) -> None:
-    """Also where the interval keeps SI(00) from going ON at once.
+    """The interval may keep SI(00) from going ON at once.
 
     Source: manual chapter 5, 2, SI(00).
     """

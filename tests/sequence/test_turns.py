@@ -41,7 +41,7 @@ _KINDS = (
 
 @pytest.fixture
 def polling() -> PlcBench:
-    """Six blocks that read again and again while Retry is TRUE, and a movement."""
+    """Return a bench with six blocks that read repeatedly while Retry is TRUE, and a movement."""
     pairs = list(zip(_POLLING, _KINDS, strict=True))
     return _bench(
         "    Go : FB_MovePtp;\n" + "".join(f"    {name} : FB_{kind};\n" for name, kind in pairs),
@@ -84,7 +84,7 @@ def test_without_a_link_no_ticket_stays_behind(polling: PlcBench) -> None:
 
 @pytest.fixture
 def refusing() -> PlcBench:
-    """Four blocks with an illegal input that are tried again in every scan, and a good one."""
+    """Return a bench with four blocks that retry an illegal input every scan, and a valid one."""
     return _bench(
         "".join(f"    Bad{k} : FB_MovePtp;\n" for k in (1, 2, 3, 4)) + "    Best : FB_ReadDate;\n",
         "".join(
@@ -129,7 +129,7 @@ def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBe
 
 @pytest.fixture
 def queue() -> PlcBench:
-    """A command that outlives its block, four that give up in the queue, and one without limit."""
+    """Return a bench with a command longer than its block, four that time out, one unlimited."""
     return _bench(
         "".join(
             f"    {name} : FB_RemoteCommand;\n"
@@ -150,7 +150,7 @@ def queue() -> PlcBench:
 def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     queue: PlcBench, scans: int, before: int
 ) -> None:
-    """Also where so many tickets were taken before that no more can be.
+    """The case includes a full queue, in which no more tickets can be taken.
 
     Source: design of the library, 2: a turn goes to the next job that is still there, at once.
     """
@@ -193,7 +193,7 @@ def test_whoever_waits_longest_is_next_also_among_those_who_give_up(
 
 @pytest.fixture
 def sequences() -> PlcBench:
-    """Four program resets that are tried again in every scan, and an alarm reset."""
+    """Return a bench with four program resets, retried in every scan, and an alarm reset."""
     return _bench(
         "".join(f"    Reset{k} : FB_ProgramReset;\n" for k in (1, 2, 3, 4))
         + "    Alarm : FB_AlarmReset;\n",
@@ -288,9 +288,10 @@ END_PROGRAM
 def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
     m: int, place: str, ahead: int
 ) -> None:
-    """Started on one robot, called with the other: its turn there may be another block's.
+    """An instance is started on one robot and called with the other.
 
-    With m = 0 both robots read the same answers, so that even their scans have the same numbers.
+    There its turn may belong to another block. With m = 0 both robots read the same answers, so
+    even their scans have the same numbers.
     """
     plc = PlcBench(program=_TWO_ROBOTS.format(m=m), size=96, contract=False)
     for area in (0, 48):

@@ -52,7 +52,7 @@ def test_the_chart_names_the_command() -> None:
 
 @pytest.mark.parametrize(("width", "least"), [(344, 0.95), (1266, 0.7)])
 def test_the_waves_have_most_of_the_width(width: int, least: float) -> None:
-    """In a narrow chart the names stand above them."""
+    """In a narrow chart the names are above the waves."""
     drawn = live_chart(History().lanes(), 1_000_000, 1.0, width)
     box = re.search(r'viewBox="0 0 (\d+) (\d+)".* data-left="(\d+)" data-plot="(\d+)"', drawn)
     assert box is not None

@@ -22,10 +22,10 @@ pytestmark = pytest.mark.skipif(
     reason="it needs signals, and loopback addresses besides 127.0.0.1",
 )
 
-#: Longest wait for its end [s].
+#: Longest wait for the end of the process [s].
 _PATIENCE_S = 60
-#: A controller whose first step is a mistake of ours.
-_MISTAKEN = """
+#: Child process whose first step raises an exception.
+_FAILS_AT_START = """
 import sys
 from rcx_harness.serve import station_process
 
@@ -35,8 +35,8 @@ def step(station, now_us, skipped=0):
 station_process.Station.step = step
 station_process.main(sys.argv[1])
 """
-#: One that tells something else, at once or after how it is, and waits for its end.
-_MUMBLING = """
+#: Child process that prints invalid output, at once or after its status, and waits for its end.
+_GARBAGE = """
 import sys
 from rcx_harness.serve.status import Status
 
@@ -47,8 +47,8 @@ if more:
 print("[]" if first == "listing" else "nonsense", flush=True)
 sys.stdin.read()
 """
-#: One that does not end when it should.
-_DEAF = """
+#: Child process that does not end when its standard input is closed.
+_IGNORES_STDIN = """
 import os
 import time
 from rcx_harness.serve.status import Status
@@ -81,7 +81,7 @@ def _host() -> Host:
 
 
 async def _ended(host: Host) -> str:
-    """Its failure, when it has ended."""
+    """Wait for the end of the host, and return its failure."""
     try:
         await asyncio.wait_for(host.start(), _PATIENCE_S)
         await asyncio.wait_for(host.ended.wait(), _PATIENCE_S)
@@ -121,7 +121,7 @@ def test_a_killed_controller_takes_no_event() -> None:
 def test_a_mistake_in_the_controller_ends_it_and_is_named(
     use: Use, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    use("mistaken", _MISTAKEN)
+    use("mistaken", _FAILS_AT_START)
     assert asyncio.run(_ended(_host())) == (
         "the controller has ended by itself (RuntimeError: a mistake)"
     )
@@ -130,7 +130,7 @@ def test_a_mistake_in_the_controller_ends_it_and_is_named(
 
 @pytest.mark.parametrize("name", ["mumbling", "listing", "mumbling_later", "listing_later"])
 def test_a_process_with_unreadable_output_counts_as_ended(use: Use, name: str) -> None:
-    use(name, _MUMBLING)
+    use(name, _GARBAGE)
     failure = asyncio.run(_ended(_host()))
     assert failure.startswith("its process says what nobody understands (")
 
@@ -138,7 +138,7 @@ def test_a_process_with_unreadable_output_counts_as_ended(use: Use, name: str) -
 def test_a_process_that_does_not_end_is_killed_and_named(
     use: Use, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    use("deaf", _DEAF)
+    use("deaf", _IGNORES_STDIN)
     monkeypatch.setattr("rcx_harness.serve.host.STOP_S", 0.01)
 
     async def close() -> Host:

@@ -18,7 +18,7 @@ READER = "192.168.0.11"
 
 
 def _told(lines: Sequence[str]) -> list[tuple[float, str]]:
-    """Time in seconds and text of each line."""
+    """Return time in seconds and text of each line."""
     parts = [line.split(" s  ", 1) for line in lines]
     return [(float(head.split()[1]), text) for head, text in parts]
 
@@ -40,7 +40,10 @@ def watched(served: ServedHost | None = None, after_ms: int = 0) -> tuple[Served
 
 
 def test_each_change_is_shown_once_with_its_own_time(served: ServedHost) -> None:
-    """However late one looks; the controller sees a packet in its next cycle of 5 ms."""
+    """The time of reading does not matter.
+
+    The controller sees a packet in its next cycle of 5 ms.
+    """
     lines = Lines([served])
     assert lines.new() == [
         "127.0.0.1      0.000 s  no master has connected yet",
@@ -62,7 +65,7 @@ def test_each_change_is_shown_once_with_its_own_time(served: ServedHost) -> None
 
 
 def test_five_openings_and_closings_60_ms_apart_are_ten_lines() -> None:
-    """One look at the end of them all, and nothing is missing."""
+    """The lines are read once at the end, and none is missing."""
     served, lines = watched()
     for _ in range(5):
         served.network.become(OwnerState.WAITING)
@@ -87,7 +90,7 @@ def test_changes_within_one_cycle_of_the_controller_have_their_own_times() -> No
 
 
 def test_the_clock_of_the_adapter_is_turned_into_the_controllers_time() -> None:
-    """What comes before its first cycle comes at 0, what comes after this one with this one."""
+    """Events before its first cycle get time 0; events after this cycle get this cycle's time."""
     served = ServedHost()
     served.station.begin_us = 7_000_000
     _, lines = watched(served)
@@ -99,7 +102,7 @@ def test_the_clock_of_the_adapter_is_turned_into_the_controllers_time() -> None:
 
 
 def test_a_reader_has_its_own_lines_and_repeats_none_of_the_master(served: ServedHost) -> None:
-    """One time-out of the master is one line, whoever comes and goes afterwards."""
+    """A time-out of the master is one line, however many readers come and go afterwards."""
     served.network.become(OwnerState.TIMED_OUT)
     served.run(5)
     lines = Lines([served])
@@ -148,7 +151,7 @@ def test_three_commands_between_two_looks_have_three_times(served: ServedHost) -
 
 
 def test_a_refused_connection_is_shown_once_and_then_counted() -> None:
-    """A master that is refused asks again every second; another one is told at once."""
+    """A refused master asks again every second; a different master is reported at once."""
     served, lines = watched()
     said = []
     for second in range(12):

@@ -27,7 +27,7 @@ from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
 from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
 _LIMIT_S = 300.0
-_MULTIPLIER = 5  # 128 packet intervals: a busy machine is no loss of the link
+_MULTIPLIER = 5  # 128 packet intervals: a busy machine must not lose the link
 _STOPS_RELEASED = bytes(32) + b"\x41" + bytes(15)
 #: The robot file of the first controller.
 _PROGRAM = """
@@ -56,20 +56,20 @@ class Page:
         wait.until(lambda _: condition(), what)
 
     def find(self, selector: str) -> WebElement:
-        """The first element that it selects."""
+        """Return the first element that matches the selector."""
         return self.browser.find_element(By.CSS_SELECTOR, selector)
 
     def text(self, selector: str) -> str:
-        """Text of that element; read in one go, for the page may build it anew meanwhile."""
+        """Return the text of the element, read in one call because the page may rebuild it."""
         script = "return document.querySelector(arguments[0])?.innerText ?? ''"
         return str(self.browser.execute_script(script, selector))
 
     def lamp(self, signal: str) -> str:
-        """A bit of the signal monitor, by the tip over it."""
+        """Return a bit of the signal monitor, found by its tooltip."""
         return self.text(f'#monitor td[title^="{signal}"]')
 
     def wave(self, signal: str) -> str:
-        """The wave of a signal in the timing chart: its path."""
+        """Return the path of a signal's wave in the timing chart."""
         script = """
           const root = document.getElementById("chart").shadowRoot;
           const names = [...root.querySelectorAll("text")];
@@ -81,20 +81,20 @@ class Page:
         return str(self.browser.execute_script(script, signal))
 
     def pressed(self, selector: str) -> bool:
-        """That button is shown as pressed."""
+        """Return whether the button is shown as pressed."""
         return self.find(selector).get_attribute("aria-pressed") == "true"
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[WebDriver]:
-    """Chromium without a window."""
+    """Return Chromium without a window."""
     with chromium(1500, 1400) as driver:
         yield driver
 
 
 @pytest.fixture(scope="module")
 def addresses() -> list[str]:
-    """Two controllers."""
+    """Return the addresses of two controllers."""
     return own_addresses(2)
 
 
@@ -102,7 +102,7 @@ def addresses() -> list[str]:
 def page(
     browser: WebDriver, addresses: list[str], tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Page]:
-    """The page of two served controllers, the second with a robot of a known type."""
+    """Return the page of two served controllers; the second robot is of a known type."""
     folder = tmp_path_factory.mktemp("served")
     texts = (_PROGRAM, 'robot = "SXYX"\n[[axes]]\nstart = 122880\n')
     options = ["--web", "0"]
@@ -120,7 +120,7 @@ def page(
 
 @pytest.fixture
 def scanner(page: Page, addresses: list[str]) -> Iterator[Scanner]:
-    """The first controller's master; it has released both stops."""
+    """Return the first controller's master, which has released both stops."""
     with Scanner(addresses[0], rpi_us=10_000, multiplier=_MULTIPLIER, io_port=0) as scanner:
         scanner.write(_STOPS_RELEASED)
         scanner.open()
@@ -232,7 +232,7 @@ def test_actions_are_recorded_and_become_a_stimulus(
     page: Page, scanner: Scanner, tmp_path: Path
 ) -> None:
     def got(selector: str) -> str:
-        """What a link leads to."""
+        """Return the content behind a link."""
         script = """
           const [selector, done] = arguments;
           fetch(document.querySelector(selector).href).then((one) => one.text()).then(done);
@@ -260,7 +260,7 @@ def test_actions_are_recorded_and_become_a_stimulus(
 
 
 def test_the_robot_is_drawn_and_its_axes_are_shown_in_pulses_and_mm(page: Page) -> None:
-    """At 150 mm in X: an SXYX has 819.2 pulses a mm."""
+    """The tool is at 150 mm in X; an SXYX has 819.2 pulses per mm."""
     page.find("nav button:nth-child(2)").click()
     drawn = "return document.querySelector('#robots .rv')?.ariaLabel"
     expected = "Robot 1, SXYX: X 150, Y 0, Z 0"
@@ -355,7 +355,7 @@ def test_the_chart_can_be_paused_and_shows_the_seconds_that_are_chosen(page: Pag
     before = axis()["start"]
     page.until(lambda: axis()["start"] != before, "the chart stands still")
     page.find("#pause").click()
-    # A picture that was asked for before may still come; then it stands.
+    # A picture that was requested earlier may still come; after it, none does.
     page.find('[data-seconds="5"]').click()
     page.until(lambda: axis()["span"] == "5000000", "another window is not drawn while paused")
     stood = axis()["start"]
@@ -390,6 +390,6 @@ def test_the_page_asks_no_other_server_and_has_no_error(page: Page) -> None:
 
 
 def _rises(path: str) -> bool:
-    """There is a vertical line upwards in it."""
+    """Return whether the path contains a vertical line upwards."""
     levels = [float(part.partition("H")[0]) for part in path.split("V")[1:]]
     return any(later < earlier for earlier, later in pairwise(levels))

@@ -22,7 +22,7 @@ _RELEASED = bytes(32) + b"\x41" + bytes(15)
 
 @pytest.fixture
 def served() -> ServedHost:
-    """A YK400XEC with a master, 200 ms after its start; both arms stretched."""
+    """Return a YK400XEC with a master, 200 ms after its start; both arms are stretched."""
     host = ServedHost(RobotConfig(robot=("YK400XEC",)))
     host.network.send(bytes(48))
     host.run(200)
@@ -68,7 +68,7 @@ def test_it_has_the_cycles_that_differ_and_its_time_begins_at_0(
 def test_a_broken_rule_is_in_it_once_and_judge_and_view_read_it(
     served: ServedHost, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """SI(00) and SI(06) in one exchange: a rule broken for both sides (manual chapter 5, 3)."""
+    """SI(00) and SI(06) change in one exchange: a rule for both sides is broken (chapter 5, 3)."""
     file = tmp_path / "r.jsonl"
     record(served, file)
     served.run(100)

@@ -26,9 +26,9 @@ pytestmark = pytest.mark.skipif(
     reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",
 )
 
-_MULTIPLIER = 5  # 128 packet intervals: a busy machine is no loss of the link
+_MULTIPLIER = 5  # 128 packet intervals: a busy machine must not lose the link
 _IDENTITY = (1, 1)
-#: Longest wait for its end [s].
+#: Longest wait for the end of the process [s].
 _PATIENCE_S = 60
 
 
@@ -145,7 +145,7 @@ def test_a_trace_that_cannot_be_written_ends_it_with_a_reason() -> None:
 
 
 def test_a_disk_that_fills_up_later_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`rcx serve > log`: the command tells an OSError in one line, with exit code 2."""
+    """`rcx serve > log` ends with one line about the OSError, and with exit code 2."""
 
     def full(lines: Lines) -> list[str]:
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -167,7 +167,7 @@ def test_children_end_with_a_parent_that_is_killed() -> None:
 
 @pytest.mark.exhaustive
 def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() -> None:
-    """Also where nothing else is said. The web page is on the loopback whatever is asked for."""
+    """The warning appears even in quiet mode. The web page is always on the loopback address."""
     settings = [
         Settings(host=host) for host in ("127.0.0.1", "192.168.0.21", "127.9.9.9", "0.0.0.0")
     ]

@@ -18,7 +18,7 @@ _SI00, _SI06, _SI01 = 0x01, 0x40, 0x02
 
 
 def image(bits: int = 0, *words: int, size: int = 48) -> bytes:
-    """The master's area: words from n on, and byte n+32."""
+    """Return the master's area with words from n on, and byte n+32."""
     area = bytearray(size)
     struct.pack_into(f"<{len(words)}H", area, 0, *words)
     area[32] = bits
@@ -26,19 +26,19 @@ def image(bits: int = 0, *words: int, size: int = 48) -> bytes:
 
 
 def on(served: ServedHost, name: str) -> bool:
-    """A dedicated output as the master reads it."""
+    """Return whether a dedicated output is ON, as the master reads it."""
     signal = signals().find(name)
     return bool(served.network.to_master.read()[signal.byte] >> signal.bit & 1)
 
 
 def link_of(served: ServedHost) -> LinkState:
-    """What the adapter's processes are told."""
+    """Return the link state that the adapter's processes receive."""
     return served.network.link
 
 
 @pytest.fixture
 def served() -> ServedHost:
-    """A controller that has just been switched on, without a master."""
+    """Return a controller that has just been switched on, without a master."""
     return ServedHost()
 
 
@@ -60,7 +60,7 @@ def test_the_data_is_read_after_the_state_that_it_belongs_to(
 
 @pytest.fixture
 def running(served: ServedHost) -> ServedHost:
-    """With a master, servos on."""
+    """Return the controller with a master and its servos on."""
     served.network.send(image(_SI00))
     served.run(150)
     served.network.send(image(_SI00 | _SI06))
@@ -203,7 +203,7 @@ def test_only_the_latest_commands_and_broken_rules_are_stored(running: ServedHos
         running.run(45)
     assert len(running.status.commands) == 20
     assert len(running.status.violations) == 20
-    assert running.status.violation_count == 29  # each second one comes too early
+    assert running.status.violation_count == 29  # every second change comes too early
 
 
 def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
@@ -230,7 +230,7 @@ def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
 def test_changes_of_the_chart_are_reported_once_with_their_time(running: ServedHost) -> None:
     start = running.run(150).t_us
     running.network.send(image(_SI00 | _SI06, 0, 0, 5))
-    (change,) = running.run(20).changes  # SI(01) OFF; word 2 is no matter of the chart
+    (change,) = running.run(20).changes  # SI(01) OFF; the chart does not show word 2
     assert (change.t_us - start, change.connected, change.si) == (5000, True, "00004100")
     assert running.run(20).changes == ()
     running.network.become(OwnerState.CLOSED)

@@ -30,7 +30,7 @@ class Time:
         self.slept: list[int] = []
 
     def clock(self) -> int:
-        """Microseconds."""
+        """Return the time [us]."""
         return self.now_us
 
     def sleep(self, wait_us: int) -> None:
@@ -108,7 +108,7 @@ def test_events_of_the_parent_happen_and_are_answered_by_their_number() -> None:
 
 
 def test_the_end_of_what_the_parent_says_is_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Alone, also where nothing is to be told; what it said before still counts."""
+    """The end of the parent's stream ends the process; earlier messages still count."""
     monkeypatch.setattr(sys, "stdin", io.StringIO('{"event": "link_down"}\n'))
     channel = Channel()
     channel.start()

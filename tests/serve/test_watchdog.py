@@ -13,7 +13,7 @@ _STILL = "has not been heard for 2 s; it was stopped, or this computer is too bu
 
 
 def test_silence_is_reported_once_and_its_end_once() -> None:
-    """It is heard until 1 s, and again from 5 s on."""
+    """The process gives signs of life until 1 s, and again from 5 s on."""
     watchdog = Watchdog()
     found = {}
     for now_us in range(0, 6_000_000, _LOOK_US):
@@ -62,7 +62,7 @@ def test_a_stopped_process_is_reported_when_it_stops_and_when_it_goes_on() -> No
 
 
 def test_a_process_of_the_adapter_that_is_stopped_is_named() -> None:
-    """The controller tells it, ten times a second; the other process goes on."""
+    """The controller reports it ten times a second; the other process continues."""
     served = ServedHost()
     stalls = Stalls([served])
     said = []

@@ -25,7 +25,7 @@ EVENTS, STOP = "/token/api/robots/0/events", {"event": "emergency_stop"}
 
 @pytest.fixture
 def hosts() -> list[ServedHost]:
-    """Two controllers, one of them connected."""
+    """Return two controllers, of which the first is connected."""
     first, second = ServedHost(), ServedHost(address="127.0.0.2")
     first.network.send(bytes(32) + b"\x41" + bytes(15))
     first.run(200)
@@ -35,7 +35,7 @@ def hosts() -> list[ServedHost]:
 
 @pytest.fixture
 def client(hosts: list[ServedHost]) -> Iterator[WebClient]:
-    """A client of the page of both controllers, whose token is `token`."""
+    """Return a client of the page of both controllers, whose token is `token`."""
     client = WebClient(web.application(hosts, "token"))
     yield client
     client.close()
@@ -237,7 +237,7 @@ def test_an_impossible_request_is_refused_in_one_message(
 def test_the_actions_since_the_beginning_are_a_stimulus(
     hosts: list[ServedHost], tmp_path: Path, client: WebClient
 ) -> None:
-    """Of both controllers, from when it began: what a run takes, and does the same."""
+    """The stimulus covers both controllers from the beginning; a run with it does the same."""
 
     def ask(path: str, **message: object) -> None:
         assert client.post(f"/token/api/{path}", json=message).status == 200

@@ -25,7 +25,7 @@ _DIGITS = b"9" * 5000
 
 
 def ask(*requests: Request) -> list[tuple[int, str]]:
-    """Status and text of the answer to each method, path, header lines and body."""
+    """Return status and text of the answer to each method, path, header lines and body."""
 
     async def main() -> list[tuple[int, str]]:
         server = WebServer([ServedHost(), ServedHost(address="127.0.0.2")], 0, "token")
@@ -56,7 +56,7 @@ def ask(*requests: Request) -> list[tuple[int, str]]:
 
 
 def said(text: str) -> str:
-    """The message of a refusal."""
+    """Return the message of a refusal."""
     message: str = json.loads(text)["error"]
     return message
 
@@ -103,7 +103,7 @@ def test_an_event_in_utf_8_is_taken(kind: str) -> None:
 
 @pytest.mark.parametrize("name", ["9" * 5000, "0" * 5000, "00", "%D9%A0", "%C2%B2", "%00", "%0a"])
 def test_a_controller_that_is_not_there_is_not_found(name: str) -> None:
-    """Also where its number has 5,000 digits, or digits of another script."""
+    """Its number may have 5,000 digits, or digits of another script."""
     for path in (f"/token/api/robots/{name}", f"/token/api/robots/{name}/chart.svg"):
         ((status, text),) = ask((b"GET", path.encode(), (), b""))
         assert status == 404

@@ -181,7 +181,7 @@ def _command(reading: Reading) -> spec.Command:
 
 
 def _agree(reading: Reading, wrong: Sequence[Difference]) -> None:
-    """Fail with the places, their values that are judged differently, and one request of each."""
+    """Fail with the places, the values that are judged differently, and one request of each."""
     found: dict[tuple[Place, bool], list[Difference]] = {}
     for each in wrong:
         found.setdefault((each.part, each.legal), []).append(each)
@@ -198,7 +198,7 @@ def _agree(reading: Reading, wrong: Sequence[Difference]) -> None:
 
 
 def _name(reading: Reading, part: Place) -> str:
-    """What the bits are: the field of the spec, or the row of the section."""
+    """Return a name for the bits: the field of the spec, or the row of the section."""
     command = _command(reading)
     for side, fields in (("n", command.request), ("m", command.response)):
         for entry in fields:
@@ -213,7 +213,7 @@ def _name(reading: Reading, part: Place) -> str:
 def _judged(
     reading: Reading, command: spec.Command, words: Sequence[int], part: Place
 ) -> Iterator[Difference]:
-    """The difference if the two sides judge this request differently."""
+    """Return the difference if the two sides judge this request differently."""
     shown = " ".join(f"n+{2 * k}=16#{words[k]:04X}" for k in range(1, WORDS) if words[k])
     found = part.read(words)
     for each in _difference(part, found, reading.problem(words), command.problem(words)):
@@ -226,7 +226,7 @@ def _difference(part: Place, number: int, mine: str, theirs: str) -> Iterator[Di
 
 
 def _places(side: str, entry: spec.Field) -> Iterator[Place]:
-    """A field of the spec in the second reading's form."""
+    """Return a field of the spec in the form of the second reading."""
     if entry.type == "bits":
         low, high = entry.bits
         yield Place(side, entry.at, low, high - low + 1)
@@ -237,7 +237,7 @@ def _places(side: str, entry: spec.Field) -> Iterator[Place]:
 
 
 def _tried(entry: Row) -> tuple[Place, ...]:
-    """Its places; of a text the first, the second and the last."""
+    """Return the places of a row; for a text only the first, the second and the last one."""
     text = entry.places[0].kind == "t"
     return (*entry.places[:2], entry.places[-1]) if text else entry.places
 
@@ -245,7 +245,7 @@ def _tried(entry: Row) -> tuple[Place, ...]:
 def _selections(
     reading: Reading, command: spec.Command, entry: Row
 ) -> Iterator[list[tuple[Place, int]]]:
-    """For each place on which the row depends, by either side, the values to try."""
+    """Return the values to try for each place on which the row depends by either side."""
     on: dict[Place, list[Legal]] = {}
     for other, when, _ in entry.conditions:
         on.setdefault(other, []).append(when)
@@ -262,7 +262,7 @@ def _selections(
 
 
 def _candidates(part: Place, entry: Row, fields: Sequence[spec.Field]) -> list[int]:
-    """Values worth trying: all of them if few, else the limits on both sides and each bit."""
+    """Return values worth trying: all if few, else the limits on both sides and each bit."""
     low, high = part.limits
     if part.width <= 6:
         return list(range(low, high + 1))
@@ -284,7 +284,7 @@ def _union(places: Iterator[Place] | Sequence[Place]) -> int:
 
 
 def _bits(mask: int) -> Iterator[tuple[int, int]]:
-    """Word and bit of those that are 1 in n+2 to n+30."""
+    """Return word and bit of those bits that are 1 in n+2 to n+30."""
     for k in range(1, WORDS):
         for bit in range(16):
             if mask >> (16 * k + bit) & 1:

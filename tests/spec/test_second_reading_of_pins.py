@@ -40,7 +40,7 @@ every_block_of_the_reading = pytest.mark.parametrize(
 
 
 def test_the_types_and_blocks_are_those_of_the_tables() -> None:
-    """Nothing is in one of them only."""
+    """Neither side has an additional type or block."""
     odd = set(ENUMERATIONS) ^ set(library().enumerations)
     odd |= set(every_block()) ^ set(library().blocks)
     assert not odd, f"only in one of spec and second reading: {', '.join(sorted(odd))}"
@@ -70,7 +70,7 @@ def test_each_member_has_the_value_and_the_meaning_of_the_manuals_table(name: st
 
 @every_type
 def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) -> None:
-    """The file, too, which users read and compile: a comment stands beside the right member.
+    """The check includes the file that users compile: each comment is next to the right member.
 
     Source: the section that tests/spec/second_reading/pins/members.toml names.
     """
@@ -87,7 +87,7 @@ def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) 
 
 @every_block_of_the_reading
 def test_each_member_chooses_the_command_of_the_section(block: Pins) -> None:
-    """The commands in the order of the members; one, where nothing chooses.
+    """The commands are in the order of the members; a block without a selector has one command.
 
     Source: the section that tests/spec/second_reading/pins/blocks.toml names.
     """
@@ -98,7 +98,7 @@ def test_each_member_chooses_the_command_of_the_section(block: Pins) -> None:
 
 
 def _chosen(block: Pins) -> list[str]:
-    """The members that choose a command, in the order of their type."""
+    """Return the members that select a command, in the order of their type."""
     types = [[one.name for one in members] for members in ENUMERATIONS.values()]
     found = [names for names in types if set(names) == set(block.codes)]
     return found[0] if found else list(block.codes)
@@ -144,8 +144,8 @@ def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block:
     for pin, said in re.findall(r"^    (\w+) +: [^(]* \(\* (.*) \*\)$", pins, re.MULTILINE):
         rows = [one for one in (*block.inputs, *block.outputs) if one.pin == pin]
         spans = [(_number(low), _number(high)) for low, high in _SPAN.findall(said)]
-        if pin in _ELSEWHERE and spans:
-            wrong += [] if spans == [_ELSEWHERE[pin]] else [f"{pin}: {said}"]
+        if pin in _OTHER_RANGES and spans:
+            wrong += [] if spans == [_OTHER_RANGES[pin]] else [f"{pin}: {said}"]
         elif spans and not (rows and rows[0].members):
             assert rows, f"{block}: {pin} is not in the reading"
             zero = "; 0 = " in said or "; 0 for " in said
@@ -155,7 +155,7 @@ def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block:
 
 
 #: Robots 1 to 4 (guide 1.1); of the patterns of a rotation three have a meaning (4.2.1 and 4.3.1).
-_ELSEWHERE = {"RobotNumber": (1, 4), "Arm1": (-1, 1), "Arm2": (-1, 1)}
+_OTHER_RANGES = {"RobotNumber": (1, 4), "Arm1": (-1, 1), "Arm2": (-1, 1)}
 #: `1 to 16`, `16#00 to 16#FF`
 _SPAN = re.compile(r"(?<![\w.])(16#[0-9A-F]+|-?\d+) to (16#[0-9A-F]+|-?\d+)(?![.\d])")
 
@@ -165,7 +165,7 @@ def _number(text: str) -> int:
 
 
 def _is_span(block: Pins, row: PinRow, low: int, high: int, *, zero: bool) -> bool:
-    """Whether the section has this range; with `zero`, the comment says what 0 is besides."""
+    """Return whether the section has this range; with `zero`, the comment explains 0."""
     if len(row.places) > 1:
         return high - low + 1 == len(row.places)
     return all(_is_legal(block, row, one) for one in (low, high)) and not any(
@@ -205,7 +205,7 @@ def test_the_ports_in_the_head_of_a_block_are_those_of_the_section(block: str) -
 
 
 def _default(initial: object, kind: str) -> str:
-    """As the reading writes it."""
+    """Return an initial value in the notation of the reading."""
     if isinstance(initial, s.Literal):
         return initial.text
     if isinstance(initial, s.Name):
@@ -219,7 +219,7 @@ def _default(initial: object, kind: str) -> str:
 
 @pytest.mark.parametrize("number", range(len(MEANINGS)), ids=[_place(one) for one in MEANINGS])
 def test_each_value_of_a_field_means_what_the_commands_table_says(number: int) -> None:
-    """What `rcx decode` and docs/reference/commands.md say of a value.
+    """The meanings appear in `rcx decode` and docs/reference/commands.md.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table.
     """
@@ -252,7 +252,7 @@ def test_every_field_with_values_has_its_meanings_in_the_reading() -> None:
 
 
 def _fields(command: Command) -> Iterator[tuple[str, Field]]:
-    """The fields by the place at which they begin: `n+4`, or `n+2.1` for some bits."""
+    """Return the fields by the place where they begin: `n+4`, or `n+2.1` for some bits."""
     for side, fields in (("n", command.request), ("m", command.response)):
         for field in fields:
             low = f".{field.bits[0]}" if field.type == "bits" else ""

@@ -19,7 +19,7 @@ _KEYS = ("name", "name_ja", "cause", "remedy")
 
 
 def _odd(mine: Mapping[str, str], theirs: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
-    """Where a name is another, or a text lacks its words."""
+    """Return where names differ, or a text lacks its words."""
     for number in mine.keys() ^ theirs.keys():
         yield f"{number} is in one of table and reading only"
     for number in mine.keys() & theirs.keys():
@@ -45,7 +45,7 @@ def test_each_alarm_has_the_name_cause_and_remedy_of_the_manual() -> None:
 
 @pytest.mark.parametrize("name", every_block())
 def test_an_illegal_value_of_a_pin_has_the_error_id_of_its_kind(name: str) -> None:
-    """No value of RCX_RETURN_AXES is illegal.
+    """All values of RCX_RETURN_AXES are legal.
 
     Source: docs/reference/errors.md, 16#8041 to 16#8046.
     """

@@ -92,7 +92,10 @@ def test_command_codes(name: str, shown: str, section: str) -> None:
 
 
 def test_commands_under_the_authority_of_the_programming_box() -> None:
-    """Of the commands in the table so far. Source: remote command guide chapter 3, restrictions."""
+    """The check covers the commands in the table so far.
+
+    Source: remote command guide chapter 3, restrictions.
+    """
     allowed = {code for code, entry in spec.commands().items() if entry.pendant}
     listed = {0x000, 0x101, 0x105, 0x109, 0x10D, 0x111, 0x214, 0x224, 0x304, 0x501, 0x502, 0x503}
     listed |= {0x505, 0x506, 0x507, 0x508, 0x509, 0x50A, 0x50B, 0x50C, 0x50F, 0x510, 0x511, 0x512}
@@ -174,7 +177,9 @@ def test_more_values_than_there_are_places_are_refused() -> None:
 
 
 def test_texts_and_real_numbers_have_their_places() -> None:
-    """Character "1" in the lower byte; spaces fill a text; 0x00 ends one when it is read, too.
+    """Character "1" is in the lower byte.
+
+    Spaces fill a text, and 0x00 ends it, also when it is read.
 
     Source: remote command guide chapter 1, 1.1; 4.6
     """
@@ -212,7 +217,7 @@ _NAMED = ("RegisterProgram", "ExecuteProgram", "StepProgram", "SkipProgram", "Ne
 
 
 def _text_words(first: tuple[int, ...], at: int, raw: bytes) -> list[int]:
-    """The 16 words with some at the beginning, and a text from byte `at` on."""
+    """Return the 16 words with some at the beginning, and a text from byte `at` on."""
     area = bytearray(32)
     for k, word in enumerate(first):
         area[2 * k : 2 * k + 2] = word.to_bytes(2, "little")

@@ -16,7 +16,7 @@ from structured_text.language.project import Project
 
 @pytest.fixture
 def files_of(tmp_path: Path) -> Callable[..., list[Path]]:
-    """Writes one or more sources, each as a file of its own: source0.st, source1.st."""
+    """Return a function that writes each source into its own file: source0.st, source1.st."""
 
     def write(*sources: str) -> list[Path]:
         files = [tmp_path / f"source{number}.st" for number in range(len(sources))]
@@ -29,17 +29,17 @@ def files_of(tmp_path: Path) -> Callable[..., list[Path]]:
 
 @pytest.fixture
 def build(files_of: Callable[..., list[Path]]) -> Callable[..., BuiltinProgram]:
-    """Compiles one or more sources."""
+    """Return a function that compiles one or more sources."""
     return lambda *sources: BuiltinProgram.build(load(files_of(*sources)))
 
 
 @pytest.fixture
 def project_of(files_of: Callable[..., list[Path]]) -> Callable[..., Project]:
-    """Loads one or more sources."""
+    """Return a function that loads one or more sources."""
     return lambda *sources: load(files_of(*sources))
 
 
 @pytest.fixture
 def mistakes_of(files_of: Callable[..., list[Path]]) -> Callable[..., list[InputError]]:
-    """Everything the front end finds wrong with one or more sources."""
+    """Return a function that lists all errors the front end reports for one or more sources."""
     return lambda *sources: check(files_of(*sources))

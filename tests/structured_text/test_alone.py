@@ -34,7 +34,10 @@ def test_every_module_is_imported_where_the_harness_cannot_be() -> None:
 
 
 def test_no_test_of_the_toolkit_imports_what_stands_above_it() -> None:
-    """They run alone, too: `make test-toolkit`. Source: CONTRIBUTING.md, tests."""
+    """The tests of the toolkit can run alone: `make test-toolkit`.
+
+    Source: CONTRIBUTING.md, tests.
+    """
     found = [
         file.name
         for file in Path(__file__).parent.rglob("*.py")

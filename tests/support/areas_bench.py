@@ -67,7 +67,7 @@ class AreasBench(PlcBench):
 
     @property
     def word_image(self) -> bytes:
-        """The whole output image of words, the lower byte first."""
+        """Return the whole output image of words, the lower byte first."""
         return self.program.read_bytes("Main.OutputWords")
 
     def fill(self, pattern: int) -> None:

@@ -17,12 +17,12 @@ _LETTERS = " ABCxyz019_~!"
 
 
 def blank(block: Block) -> Pins:
-    """The outputs without an answer."""
+    """Return the outputs of a block that has no answer."""
     return {pin.pin: _blank(pin) for pin in block.outputs}
 
 
 def answered(block: Block, chance: random.Random) -> dict[str, FieldValue]:
-    """Fields of a response as the controller may send it."""
+    """Return fields of a response as the controller may send it."""
     numbers = {pin.source for pin in block.outputs if pin.type == "INT"}
     reals = {pin.source for pin in block.outputs if pin.encoding == "real"}
     fields: dict[str, FieldValue] = {}
@@ -43,7 +43,7 @@ def answered(block: Block, chance: random.Random) -> dict[str, FieldValue]:
 def in_words(
     block: Block, fields: Mapping[str, FieldValue], chance: random.Random
 ) -> tuple[int, ...]:
-    """The 15 response words; anything stands where no field is, which a block must not see."""
+    """Return the 15 response words. Bits without a field are random; the block must ignore them."""
     words = list(block.commands[0].respond(fields))
     for k in range(1, WORDS):
         covered = 0
@@ -54,7 +54,7 @@ def in_words(
 
 
 def shown(block: Block, sent: Mapping[str, FieldValue], got: Mapping[str, FieldValue]) -> Pins:
-    """The outputs after a normal end.
+    """Return the outputs after a normal end.
 
     Args:
         block: The block.
@@ -80,7 +80,7 @@ def shown(block: Block, sent: Mapping[str, FieldValue], got: Mapping[str, FieldV
 
 
 def same(first: Value, second: Value) -> bool:
-    """Equal; numbers with a scale as exactly as a REAL of single precision has them."""
+    """Return whether values are equal; scaled numbers within the precision of a REAL."""
     if isinstance(first, list):
         return len(first) == len(second) and all(map(same, first, second))
     if isinstance(first, float):
@@ -99,7 +99,7 @@ def _blank(pin: Output) -> Value:
 
 
 def _number(part: Field, chance: random.Random, as_int: bool) -> int:
-    """A legal number; where the manual has no limits for it, one that the output can show."""
+    """Return a legal number. If the manual gives no limits, the output must be able to show it."""
     if part.values:
         return chance.choice(list(part.values))
     if part.range:

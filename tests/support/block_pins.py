@@ -32,17 +32,17 @@ _DEFAULTS: dict[str, Value] = {"BOOL": False, "REAL": 0.0, "STRING": ""}
 
 
 def single(value: float) -> float:
-    """The nearest number of single precision."""
+    """Return the nearest number of single precision."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
 def pattern(value: float) -> int:
-    """The bits of a number of single precision, as a signed 32 bit integer."""
+    """Return the bits of a number of single precision, as a signed 32 bit integer."""
     return int(struct.unpack("<i", struct.pack("<f", value))[0])
 
 
 def members(kind: str) -> Sequence[Member]:
-    """Members of an enumeration; none for another type."""
+    """Return the members of an enumeration; none for another type."""
     return _KINDS[kind].members if kind in _KINDS else ()
 
 
@@ -65,12 +65,12 @@ class Reading:
 
     @property
     def pins(self) -> dict[str, Input]:
-        """The inputs that are in the table, by name."""
+        """Return the inputs that are in the table, by name."""
         selected = [self.block.select] if self.block.select else []
         return {pin.pin: pin for pin in (*selected, *self.block.inputs)}
 
     def default(self, pin: Input) -> Value:
-        """What an input that nobody connects has, as the table says it."""
+        """Return the value of an unconnected input, according to the table."""
         kind, text = _element(pin.type), pin.default
         value: Value = _DEFAULTS.get(kind, 0)
         if members(kind):
@@ -81,7 +81,7 @@ class Reading:
         return [value] * ARRAYS[pin.type].count if pin.type in ARRAYS else value
 
     def code(self, pins: Pins) -> int:
-        """Word n of the telegram."""
+        """Return word n of the telegram."""
         command = self.command
         if self.block.select:
             names = [one.name for one in members(self.block.select.type)]
@@ -89,7 +89,7 @@ class Reading:
         return int(command.code | pins.get("RobotNumber", 0) << 12)
 
     def fields(self, pins: Pins) -> Fields:
-        """The request's fields, from the values of all pins."""
+        """Return the request's fields for the values of all pins."""
         fields = self._start()
         for pin in self.block.inputs:
             self._apply(fields, pin, pins[pin.pin])
@@ -103,7 +103,7 @@ class Reading:
         return every
 
     def _counts(self, fields: Fields, pin: Input) -> bool:
-        """Does the pin count, with these fields of the pins before it?"""
+        """Return whether the pin counts, with these fields of the pins before it."""
         if pin.when:
             name, low, high = pin.when
             value = fields[name]
@@ -139,7 +139,7 @@ class Reading:
     # ---- legal values
 
     def draw(self, chance: random.Random, forced: Mapping[str, Value] | None = None) -> Pins:
-        """Legal values of all pins, at random but for the forced ones."""
+        """Return legal values of all pins: the forced ones as given, the others at random."""
         given = dict(forced or {})
         pins: Pins = {}
         if self.command.robot:
@@ -157,7 +157,7 @@ class Reading:
         return {**pins, **given}
 
     def edges(self, chance: random.Random) -> Iterator[Pins]:
-        """Telegrams in which every pin has each of its lowest and highest values, or all."""
+        """Return telegrams in which every pin has each of its lowest and highest values, or all."""
         for name in ["RobotNumber"] * self.command.robot:
             yield from (self.draw(chance, {name: number}) for number in range(5))
         for member in members(self.block.select.type) if self.block.select else ():
@@ -169,7 +169,7 @@ class Reading:
                     yield self.draw(chance, {**forced, pin.pin: value})
 
     def _room(self, pin: Input, others: Pins) -> int | None:
-        """What is left to a factor of a limited product."""
+        """Return the largest value of a factor, given the other factors of a limited product."""
         limits = self.command.product
         if not limits or pin.to[0] not in limits.fields:
             return None
@@ -177,7 +177,7 @@ class Reading:
         return int(limits.range[1] // math.prod(factors))
 
     def _contexts(self, pin: Input) -> Iterator[tuple[Pins, Fields]]:
-        """Values of the pins on which this one depends, and the fields that follow from them."""
+        """Return the values of the pins on which this pin depends, with the resulting fields."""
         part = self.requests[pin.to[0]]
         names = {name for name in (part.by, pin.when and pin.when[0]) if name and name != pin.flag}
         names -= self.block.only.keys() - self.filler.keys()  # the block is the choice
@@ -195,7 +195,7 @@ class Reading:
     def _legal(
         self, fields: Fields, pin: Input, chance: random.Random, room: int | None
     ) -> list[Value]:
-        """The lowest and highest legal values and some between; all of them where they are few."""
+        """Return the lowest and highest legal values and some between; a small set as a whole."""
         if pin.type in ARRAYS:
             count = ARRAYS[pin.type].count
             every = self._legal_scalars(fields, pin, chance, room)
@@ -235,7 +235,7 @@ class Reading:
         return values
 
     def _wrong_member(self, pin: Input, name: str) -> bool:
-        """A member that the command's field does not know."""
+        """Return whether the member of the enumeration is not a value of the command's field."""
         if len(pin.to) > 1:
             return False
         known = self.requests[pin.to[0]].values
@@ -243,7 +243,7 @@ class Reading:
         return bool(known) and value not in known
 
     def _pairs(self, fields: Fields, pin: Input) -> list[Pair]:
-        """Lowest and highest legal values of a pin with a number, in steps of its field."""
+        """Return the lowest and highest legal values of a numeric pin, in steps of its field."""
         part, kind = self.requests[pin.to[0]], _element(pin.type)
         if pin.range:
             return intervals(pin.range)
@@ -269,7 +269,7 @@ class Reading:
     # ---- illegal values
 
     def refused(self, chance: random.Random) -> Iterator[tuple[Pins, int]]:
-        """Pins of which one is illegal, and the ErrorID that errors.md has for it."""
+        """Return pins of which one is illegal, and the ErrorID that errors.md has for it."""
         for number in [-1, 5, -32768, 32767] * self.command.robot:
             yield self.draw(chance, {"RobotNumber": number}), 0x8040
         for pin in self.block.inputs:
@@ -326,7 +326,10 @@ class Reading:
     def _illegal_reals(
         self, fields: Fields, pin: Input, part: Field, error: int
     ) -> Iterator[tuple[Value, int]]:
-        """Just beyond the limits, and far beyond; 16#8047 where the field has no limits."""
+        """Return values just beyond the limits and far beyond.
+
+        16#8047 if the field has no limits.
+        """
         ((low, high),) = self._pairs(fields, pin)
         natural = not part.range and not part.ranges
         per_unit = self._scale(fields, pin, part) or 1
@@ -337,18 +340,18 @@ class Reading:
 
 
 def _only(part: Field, sent: Sequence[int] | None) -> Field:
-    """The field with the values that the block sends, where it leaves others to another block."""
+    """Return the field with only the values of this block; other blocks send the others."""
     return part if sent is None else replace(part, values={k: part.values[k] for k in sent})
 
 
 def _characters(part: Field) -> str:
-    """Those that a text may have."""
+    """Return the characters that are legal in a text."""
     limits = part.range or next(iter(part.ranges.values()), (0x20, 0x7E))
     return "".join(chr(code) for low, high in intervals(limits) for code in range(low, high + 1))
 
 
 def _natural(part: Field, signed: bool) -> Pair:
-    """What a field has room for."""
+    """Return the lowest and the highest number that fit into a field."""
     width = {"u16": 16, "s16": 16, "s32": 32}.get(part.type, part.bits[1] - part.bits[0] + 1)
     if signed or part.type.startswith("s"):
         return -(2 ** (width - 1)), 2 ** (width - 1) - 1
@@ -356,7 +359,7 @@ def _natural(part: Field, signed: bool) -> Pair:
 
 
 def _coded(pin: Input, part: Field, value: Value, scale: float) -> int:
-    """One number of a field."""
+    """Return one number of a field for the value of a pin."""
     number = value
     if members(_element(pin.type)):
         number = next(one.value for one in members(_element(pin.type)) if one.name == value)

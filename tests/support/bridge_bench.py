@@ -25,7 +25,7 @@ from rcx_harness.spec.wire import CYCLE_US
 _SCAN_US = 20_000
 _RPI_US = 2_000
 _PAUSE_S = 0.001
-_MOST_LOOKS = 60_000
+_MOST_POLLS = 60_000
 
 
 class BridgeBench:
@@ -110,7 +110,7 @@ class BridgeBench:
         self.plc.close()
 
     def __enter__(self) -> BridgeBench:
-        """It is ready."""
+        """Return the bench, which is ready."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -119,7 +119,7 @@ class BridgeBench:
 
     def _packets(self, to_robot: bytes) -> None:
         """Wait until both areas have arrived, as long as there is a connection."""
-        for _ in range(_MOST_LOOKS):
+        for _ in range(_MOST_POLLS):
             seen = self.robot.read()
             if not isinstance(seen, bytes):
                 return

@@ -25,7 +25,7 @@ NEEDS_BROWSER = pytest.mark.skipif(
 
 @contextmanager
 def chromium(width: int, height: int, *logs: str) -> Iterator[WebDriver]:
-    """Chromium with a window of this size in mind; `logs` are kept besides that of the page."""
+    """Start Chromium with this window size; `logs` are recorded besides the log of the page."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 

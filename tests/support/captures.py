@@ -24,7 +24,7 @@ def _address(text: str) -> bytes:
 
 
 def ip(source: str, destination: str, protocol: int, payload: bytes, fragment: int = 0) -> bytes:
-    """An IPv4 packet; the checksum is left 0, as network cards that compute it leave it."""
+    """Return an IPv4 packet. Its checksum is 0, as for network cards that compute the checksum."""
     head = struct.pack(">BBHHHBBH", 0x45, 0, 20 + len(payload), 7, fragment, 64, protocol, 0)
     return head + _address(source) + _address(destination) + payload
 
@@ -32,7 +32,7 @@ def ip(source: str, destination: str, protocol: int, payload: bytes, fragment: i
 def udp(
     source: str, destination: str, payload: bytes, ports: tuple[int, int] = (2222, 2222)
 ) -> bytes:
-    """A UDP datagram in its IP packet."""
+    """Return a UDP datagram in its IP packet."""
     head = struct.pack(">HHHH", *ports, 8 + len(payload), 0)
     return ip(source, destination, UDP, head + payload)
 
@@ -45,7 +45,7 @@ def tcp(
     ports: tuple[int, int] = (50000, 44818),
     flags: int = 0x18,
 ) -> bytes:
-    """A TCP segment in its IP packet."""
+    """Return a TCP segment in its IP packet."""
     head = struct.pack(">HHIIBBHHH", *ports, sequence & 0xFFFFFFFF, 0, 0x50, flags, 1024, 0, 0)
     return ip(source, destination, TCP, head + payload)
 
@@ -53,7 +53,10 @@ def tcp(
 def framed(
     packet: bytes, link: int = ETHERNET, tags: Sequence[int] = (), kind: int = 0x0800
 ) -> bytes:
-    """A packet as a capture of that link type has it; short Ethernet frames are filled up to 60."""
+    """Return a packet as a capture of this link type has it.
+
+    Pad short Ethernet frames to 60 bytes.
+    """
     protocol = struct.pack(">H", kind)
     if link == ETHERNET:
         vlan = b"".join(struct.pack(">HH", tag, 5) for tag in tags)
@@ -108,7 +111,7 @@ def _block(kind: int, body: bytes) -> bytes:
 
 
 def cyclic(identifier: int, number: int, content: bytes) -> bytes:
-    """A class 1 packet: sequenced address item, connected data item."""
+    """Return a class 1 packet: a sequenced address item and a connected data item."""
     head = struct.pack(
         "<HHHIIHH", 2, 0x8002, 8, identifier, number & 0xFFFFFFFF, 0xB1, len(content)
     )
@@ -116,7 +119,10 @@ def cyclic(identifier: int, number: int, content: bytes) -> bytes:
 
 
 def area(words: dict[int, int] | None = None, dedicated: int = 0, size: int = 48) -> bytes:
-    """An area: words by their byte, and bytes 32 (low) and 33 (high)."""
+    """Return an area.
+
+    `words` maps the first byte of a word to its value; `dedicated` is byte 32, 33.
+    """
     made = bytearray(size)
     for at, value in {**(words or {}), 32: dedicated}.items():
         made[at : at + 2] = value.to_bytes(2, "little")
@@ -155,7 +161,7 @@ class Story:
         self._last = {"to": b"", "from": b""}
 
     def message(self, t_us: int, message: bytes, to: bool = True) -> None:
-        """An unconnected message on the TCP connection, or the answer."""
+        """Add an unconnected message on the TCP connection at a time [us], or an answer to one."""
         way = "to" if to else "from"
         data = send_rr(message, 1)
         ends = (self.plc, self.controller) if to else (self.controller, self.plc)
@@ -164,7 +170,7 @@ class Story:
         self._sequence[way] += len(data)
 
     def open(self, t_us: int, **fields: str) -> None:
-        """A Forward Open and its answer: 48 bytes, 10 ms, time-out 16 intervals."""
+        """Add a Forward Open and its answer at a time [us]: 48 bytes, 10 ms, 16 intervals."""
         o_to_t, t_to_o = (identifier.to_bytes(4, "little").hex() for identifier in self.ids)
         if self.group:
             fields = {"t_to_o": "3228", **fields}
@@ -176,12 +182,12 @@ class Story:
         self._counts = {"to": 0, "from": 0}
 
     def refuse(self, t_us: int, words: str) -> None:
-        """A Forward Open that is refused with this extended status."""
+        """Add a Forward Open at a time [us], and the answer that refuses it with this status."""
         self.message(t_us, bytes.fromhex(forward_open(triad=self.triad)))
         self.message(t_us + 500, refused(words, triad=self.triad), to=False)
 
     def close(self, t_us: int) -> None:
-        """A Forward Close and its answer."""
+        """Add a Forward Close and its answer at a time [us]."""
         self.message(t_us, bytes.fromhex(forward_close(self.triad)))
         answer = bytes.fromhex(f"CE 00 00 00 {self.triad} 00 00")
         self.message(t_us + 500, answer, to=False)
@@ -189,20 +195,20 @@ class Story:
     def to_robot(
         self, t_us: int, si: bytes, *, run: bool = True, number: int | None = None
     ) -> None:
-        """A packet of the PLC: sequence count, run/idle header, area."""
+        """Add a packet of the PLC at a time [us]: sequence count, run/idle header, area."""
         count, number = self._next("to", si, number)
         content = struct.pack("<HI", count, run) + si
         self._cyclic(t_us, self.plc, self.controller, cyclic(self.ids[0], number, content))
 
     def to_plc(self, t_us: int, so: bytes, *, number: int | None = None) -> None:
-        """A packet of the controller: sequence count, area."""
+        """Add a packet of the controller at a time [us]: sequence count, area."""
         count, number = self._next("from", so, number)
         content = struct.pack("<H", count) + so
         to = self.group or self.plc
         self._cyclic(t_us, self.controller, to, cyclic(self.ids[1], number, content))
 
     def both(self, t_us: int, si: bytes, so: bytes) -> None:
-        """A packet each way, the controller's half a millisecond later."""
+        """Add a packet of the PLC at a time [us], and one of the controller 0.5 ms later."""
         self.to_robot(t_us, si)
         self.to_plc(t_us + 500, so)
 
@@ -217,5 +223,5 @@ class Story:
         self.packets.append((t_us, udp(source, destination, payload)))
 
     def frames(self, link: int = ETHERNET, tags: Sequence[int] = ()) -> list[Timed]:
-        """All packets as a capture of that link type has them."""
+        """Return all packets as a capture of this link type has them."""
         return [(t_us, framed(packet, link, tags)) for t_us, packet in self.packets]

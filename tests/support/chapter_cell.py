@@ -44,12 +44,12 @@ class ChapterCell:
         self.execute("AutoStart")
 
     def on(self, output: str) -> bool:
-        """A dedicated output `SO02`, as the PLC has read it."""
+        """Return whether a dedicated output such as `SO02` is ON, as the PLC has read it."""
         low, high = (int(str(self[f"InputArea[{at}]"])) for at in (32, 33))
         return bool((low | high << 8) & OUTPUTS[output])
 
     def is_on(self, *outputs: str) -> tuple[bool, ...]:
-        """Several dedicated outputs."""
+        """Return whether all these dedicated outputs are ON."""
         return tuple(self.on(output) for output in outputs)
 
     def wait(self, output: str, on: bool = True) -> None:
@@ -104,11 +104,11 @@ class ChapterCell:
         return self.steps(since)
 
     def alarms(self) -> list[str]:
-        """Active alarms."""
+        """Return the active alarms."""
         return [alarm.number for alarm in self.robot.alarms.active]
 
     def steps(self, since_us: int) -> list[str]:
-        """What changed at the controller after a time, in its order: `SI01 ON`, `SO02 ON`.
+        """Return the changes of signals at the controller after a time: `SI01 ON`, `SO02 ON`.
 
         Outputs that change in the same controller cycle stand in one entry, inputs likewise.
         """

@@ -16,7 +16,7 @@ BLOCKS: Mapping[str, Block] = {
     name: block for name, block in library().blocks.items() if not block.handwritten
 }
 
-#: So many blocks are compiled together: fewer programs take longer each, more of them in all.
+#: Number of blocks in a program: with more, each takes longer; with fewer, all together do.
 _TOGETHER = 24
 
 
@@ -40,7 +40,7 @@ class CommandBench(PlcBench):
         self._start = self.program.snapshot(), self.now_us, bytes(self.so)
 
     def choose(self, name: str) -> None:
-        """Go back to the start, all pins at their defaults, and call this block from now on."""
+        """Go back to the start with all pins at their defaults, and call this block from now on."""
         snapshot, self.now_us, so = self._start
         self.program.restore(snapshot)
         self.so[:] = so
@@ -49,7 +49,7 @@ class CommandBench(PlcBench):
 
     @property
     def chosen(self) -> int:
-        """What `Chosen` is while the block is called."""
+        """Return the value of `Chosen` with which the program calls the block."""
         return self._names.index(self._block) + 1
 
     @property
@@ -59,15 +59,15 @@ class CommandBench(PlcBench):
 
     @property
     def shown(self) -> list[str]:
-        """Which of the outputs that every command block has are TRUE."""
+        """Return which of the outputs Busy, Active, Done and Error are TRUE."""
         return [name for name in ("Busy", "Active", "Done", "Error") if self.pin(name)]
 
     def pin(self, name: str) -> Value:
-        """Value of a pin."""
+        """Return the value of a pin."""
         return self[f"{_instance(self._block)}.{name}"]
 
     def pins(self, names: Iterable[str]) -> dict[str, Value]:
-        """Values of some pins."""
+        """Return the values of some pins."""
         return {name: self.pin(name) for name in names}
 
     def set(self, pins: Mapping[str, Value]) -> None:
@@ -92,14 +92,14 @@ class CommandBench(PlcBench):
         self.scan()
 
     def finish(self) -> None:
-        """The PLC takes Execute back, the controller becomes ready."""
+        """Let the PLC reset Execute, and the controller become ready."""
         self.set({"Execute": False})
         self.answer(0)
         self.scan(2)
         assert self.words[0] == 0
 
     def exchange(self, pins: Mapping[str, Value], response: Sequence[int] = ()) -> list[int]:
-        """A whole command with a normal end; return the words that were sent."""
+        """Run a whole command with a normal end, and return the words that were sent."""
         words = self.send(pins)
         self.end(response=response)
         assert self.pin("Done")
@@ -113,7 +113,7 @@ def _build(first: int, engine: str) -> CommandBench:
 
 
 def bench_of(name: str, engine: str) -> CommandBench:
-    """A bench with the generated block of that name, which is called; compiled once."""
+    """Return a bench that calls the generated block of this name; the program is compiled once."""
     place = list(BLOCKS).index(name)
     bench = _build(place - place % _TOGETHER, engine)
     bench.choose(name)

@@ -68,7 +68,7 @@ class CommandRule:
     _since: int | None = None
 
     def scan(self, view: RobotView) -> None:
-        """One call."""
+        """Calculate one call of the block."""
         started = self.execute and not self._was and not self.busy
         self._was, self.ended = self.execute, False
         skipped = self.busy and self._called != view.last
@@ -109,7 +109,7 @@ class CommandRule:
             view.asking = self
 
     def _ends(self, view: RobotView, skipped: bool) -> int | None:
-        """The ErrorID with which the work ends now; 0 = Done, None = it goes on."""
+        """Return the ErrorID with which the work ends now, 0 for Done, or None if it continues."""
         late = self._limit > 0 and self._since is not None
         late = late and view.now - (self._since or 0) >= self._limit
         fallen = view.status == 0 and view.running

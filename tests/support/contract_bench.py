@@ -33,15 +33,15 @@ from structured_text.engines import build
 from structured_text.engines.base import Program
 from structured_text.projects.needed import needed
 
-#: From the end of the last wait to the end of a block, the pace of the inputs included [scans].
-_SLACK = 30
-#: Longest until everything is withdrawn and free, once nothing is wanted any more [scans].
-_LET_GO = 45
+#: Longest time from the end of the last wait to a block's end, including input pacing [scans].
+_MOST_END_SCANS = 30
+#: Longest time until all requests are withdrawn and all turns are free [scans].
+_MOST_RELEASE_SCANS = 45
 #: Scans of an enabled level block.
 _ENABLED = 18
-#: An undisturbed command, from the edge to its end [scans].
+#: Duration of an undisturbed command, from the edge to its end [scans].
 _PROMPT = 8
-#: Blocks that send several commands for one rising edge, and which.
+#: Blocks that send several commands for one rising edge, with their codes.
 _SEVERAL = {"FB_PickPlace": (0x0001, 0x0301, 0x0304)}
 
 _SERVO = Start(("SO02", "SO14"))
@@ -61,7 +61,7 @@ _STARTS: dict[str, Start] = {
 }
 #: Sequences that begin while a block holds SI(00) or SI(06) OFF.
 _HELD = {"FB_ServoOnFromEmergencyStop": "HoldEmergency", "FB_ProgramContinue": "HoldStop"}
-#: Commands of blocks that are built on those of others; here each of them sends one.
+#: Codes of blocks that contain other command blocks; here each sends one command.
 _CODES = {
     "FB_MoveTable": {0x0001},
     "FB_PointBackup": {0x101},
@@ -69,22 +69,27 @@ _CODES = {
     "FB_Override": {0x039, 0x50A},
     "FB_ToolPosition": {0x506},
 }
-#: Scans in which they look at what they were given, before anything goes out.
-_AHEAD = {"FB_MoveTable": 1, "FB_PickPlace": 1, "FB_PointRestore": 2, "FB_ProgramCall": 1}
-#: These refuse to begin while servos are off or there is an alarm.
-_CAREFUL = ("FB_MoveTable", "FB_PickPlace")
-#: These write general-purpose words and bits of their own: SIW(2) to SIW(7), SI(20).
+#: Scans in which a block checks its inputs before it sends a command.
+_SCANS_BEFORE_CODE = {
+    "FB_MoveTable": 1,
+    "FB_PickPlace": 1,
+    "FB_PointRestore": 2,
+    "FB_ProgramCall": 1,
+}
+#: Blocks that refuse to start while servos are off or there is an alarm.
+_NEED_SERVOS = ("FB_MoveTable", "FB_PickPlace")
+#: Blocks that write general-purpose words and bits: SIW(2) to SIW(7), SI(20).
 _GENERAL = ("FB_ProgramCall",)
-#: These wait for a connection.
-_PATIENT = ("FB_PowerUp",)
+#: Blocks that wait for a connection.
+_WAIT_FOR_LINK = ("FB_PowerUp",)
 
 #: Every block with Robot and Execute or Enable, found by its pins.
 BLOCKS: tuple[str, ...] = (*library().edge, *library().level)
 
 _ALARM = ("AlarmGroup", "AlarmCategory")
 
-#: SO(00), SO(02), SO(03) in byte 32; what they are where something may move.
-_STANDING, _READY = 0b1101, 0b0100
+#: SO(00), SO(02), SO(03) in byte 32, and their values if movements are allowed.
+_STOP_OUTPUTS, _READY = 0b1101, 0b0100
 
 _PROGRAM = """PROGRAM Contract
   VAR
@@ -145,7 +150,7 @@ class ContractBench:
         self._prepare()
 
     def _prepare(self) -> None:
-        """Power up: SI(00) and SI(06) ON and settled, unless the block begins with one held."""
+        """Power up: SI(00) and SI(06) ON and settled, unless the block begins with a held input."""
         self._put("Main.Block.Timeout", f"T#{TIMEOUT_SCANS * SCAN_US // 1000}ms")
         if self.block in SCENARIOS:
             for name, value in SCENARIOS[self.block].inputs.items():
@@ -185,7 +190,7 @@ class ContractBench:
 
     @property
     def pins(self) -> Pins:
-        """The block's outputs."""
+        """Return the block's outputs."""
         return self._look()
 
     @property
@@ -196,7 +201,7 @@ class ContractBench:
         return self._si[:4] + bytes(12) + self._si[16:34] + bytes(1) + self._si[35:]
 
     def _scan(self, execute: bool) -> Pins:
-        """One scan, judged."""
+        """Run one scan and check it."""
         if execute is not self._execute:
             self.program.write(self._pin, execute)
             self._execute = execute
@@ -219,7 +224,7 @@ class ContractBench:
         return pins
 
     def run(self, case: Case) -> None:
-        """One case: the disturbed run, the way back to rest, and the block works again.
+        """Run one case: the disturbed run, the recovery, then a normal run of the block.
 
         Raises:
             CaseFailure: with the case and the last scans.
@@ -239,7 +244,7 @@ class ContractBench:
 
     def _disturb(self, case: Case) -> None:
         ended, scan = -1, 0
-        limit = TIMEOUT_SCANS * self._waits + _SLACK
+        limit = TIMEOUT_SCANS * self._waits + _MOST_END_SCANS
         while scan <= max(case.at + 1, ended + 3) or (ended < 0 or self.pins.busy):
             if scan == case.at:
                 case.event.set(self, True)
@@ -258,7 +263,7 @@ class ContractBench:
         self._scan(False)
 
     def _expect(self, case: Case, pins: Pins) -> None:
-        """The end is known where nothing happens besides."""
+        """Check how the block ends in a case without an event."""
         if case.event is not NONE:
             return
         if case.signal:
@@ -280,7 +285,7 @@ class ContractBench:
         self.player.be_normal()
         self.connected, self.safe = True, (True, True)
         self._rules.quiet = True
-        for _ in range(_LET_GO):
+        for _ in range(_MOST_RELEASE_SCANS):
             pins = self._scan(False)
             command, next_command, sequence, next_sequence = self._turns()
             free = command == next_command and sequence == next_sequence
@@ -288,7 +293,7 @@ class ContractBench:
             if free and not bits & REQUESTS and not any(self._judged[:32]) and not any(pins):
                 break
         else:
-            self._fail(f"not at rest {_LET_GO} scans after the causes have gone")
+            self._fail(f"not at rest {_MOST_RELEASE_SCANS} scans after the causes have gone")
         for _ in range(3):
             self._scan(False)
         self._rules.quiet = False
@@ -296,7 +301,7 @@ class ContractBench:
     def _work_again(self) -> None:
         if not self.subject.codes or self.subject.level:
             return
-        if self.block in _CAREFUL and self._history[-1][0][32] & _STANDING != _READY:
+        if self.block in _NEED_SERVOS and self._history[-1][0][32] & _STOP_OUTPUTS != _READY:
             return
         for _ in range(_PROMPT * self._waits):
             if self._scan(True).done:
@@ -321,7 +326,10 @@ def _told(so: bytes, si: bytes, execute: bool, pins: Pins) -> str:
 
 
 def _pins(program: Program, block: str) -> Callable[[], Pins]:
-    """What reads the outputs; FB_Status has no Busy, not all have the last three."""
+    """Return a function that reads the outputs.
+
+    FB_Status has no Busy; the last three are optional.
+    """
     names = ["Done" if block in library().edge else "Valid", "Error", "ErrorID", "Active"]
     there = list(takewhile(library().pins[block].__contains__, [*names, *_ALARM]))
     look = program.reader([f"Main.Block.{name}" for name in ("Busy", *there)[not _busy(block) :]])
@@ -355,12 +363,12 @@ def _subject(block: str) -> Subject:
         mask |= bit(name)
         value |= bit(name) * on
     level = block in library().level
-    means, ahead, several = (mask, value), _AHEAD.get(block, 0), block in _SEVERAL
-    return Subject(frozenset(codes), level, block in _PATIENT, means, legal, several, ahead)
+    means, ahead, several = (mask, value), _SCANS_BEFORE_CODE.get(block, 0), block in _SEVERAL
+    return Subject(frozenset(codes), level, block in _WAIT_FOR_LINK, means, legal, several, ahead)
 
 
 def cases(block: str) -> list[Case]:
-    """All cases of a block."""
+    """Return all cases of a block."""
     if block in library().level:
         return level_cases(LEVELS[block].answers[0])
     if block in _SEVERAL:

@@ -24,7 +24,7 @@ class Pattern(NamedTuple):
 
 
 def _while_busy(shape: Callable[[int], bool]) -> Shape:
-    """As `shape` until the end, and two scans more where it is TRUE then."""
+    """Return `shape` until the end; if it is TRUE then, it stays TRUE for two more scans."""
     return lambda scan, ended: shape(scan) and (ended < 0 or scan <= ended + 2)
 
 
@@ -37,7 +37,7 @@ AT_THE_END = Pattern(
 )
 #: Scans by which the controller answers later than at once.
 _DELAYS = (0, 2)
-#: In a sequence that is so long the patterns take turns [scans].
+#: In a sequence of this length or more, the patterns alternate [scans].
 _LONG = 20
 _PATTERNS = (HELD, ONE_SCAN, AGAIN, TOGGLED, AT_THE_END)
 
@@ -83,7 +83,7 @@ def _stop(bench: ContractBench, on: bool) -> None:
 
 
 def _nothing(bench: ContractBench, on: bool) -> None:
-    """Nothing happens."""
+    """Do nothing."""
 
 
 NONE = Event("nothing", _nothing)
@@ -133,24 +133,27 @@ class Case(NamedTuple):
 
 
 def command_cases() -> list[Case]:
-    """For a block with one remote command."""
+    """Return the cases of a block with one remote command."""
     return [*_answers(_PATTERNS), *_drops(range(2, 9)), *_events(_LOSSES, range(9), 1)]
 
 
 def composite_cases(length: int) -> list[Case]:
-    """For a block that sends several commands, in so many scans."""
+    """Return the cases of a block that sends several commands in `length` scans."""
     events = _events((*_LOSSES, *_STOPS), range(length + 2), 1)
     return [*_answers(_PATTERNS), *_drops(range(2, length)), *events]
 
 
 def sequence_cases(signals: Sequence[str], length: int) -> list[Case]:
-    """For a sequence with these answering outputs that takes so many scans."""
+    """Return the cases of a sequence of `length` scans with these answering outputs."""
     events = _events((*_LOSSES, *_STOPS), range(length + 2), 0)
     return [*_shown(_PATTERNS, signals), *_drops(range(2, length)), *events]
 
 
 def level_cases(signal: str) -> list[Case]:
-    """For a level block, with its answering output, or `Status` for one with a command."""
+    """Return the cases of a level block.
+
+    `signal`: its answering output, or `Status` for a command.
+    """
     patterns = [HELD, ONE_SCAN, TOGGLED, *map(_dropped, range(2, 12))]
     events = [
         Case(pattern, event=event, at=at)
@@ -163,7 +166,7 @@ def level_cases(signal: str) -> list[Case]:
 
 
 def one_of_each_kind(cases: Sequence[Case]) -> list[Case]:
-    """Return one case for each answer and each event: the one in the middle of its like."""
+    """Return one case for each answer and each event: the middle case of each kind."""
     kinds: dict[object, list[Case]] = {}
     for case in cases:
         kind = (case.fate.name, case.signal, case.shown, case.event.name)

@@ -38,7 +38,7 @@ class Fate(NamedTuple):
 
 _ALARM = (12, 600)
 
-#: What can become of a command.
+#: Possible fates of a command.
 FATES = (
     Fate("normal"),
     Fate("normal, by 0x0100", running=2),
@@ -60,7 +60,7 @@ FATES = (
     Fate("not ready for too long", stale=TOO_LATE, error=0x8015),
 )
 
-#: What can become of a dedicated output that answers.
+#: Possible fates of a dedicated output that answers.
 SIGNAL_FATES = ("normal", "late", "too late", "never", "withdrawn", "flickering")
 
 _LATE = 3
@@ -72,7 +72,7 @@ _OUTPUTS = 34
 
 
 def bit(signal: str) -> int:
-    """`SO13` in the word of the dedicated bits."""
+    """Return the bit of `SO13` in the word of the dedicated bits."""
     return 1 << (8 * int(signal[2]) + int(signal[3]))
 
 
@@ -93,7 +93,7 @@ class Start(NamedTuple):
 
     @property
     def word(self) -> int:
-        """All outputs."""
+        """Return all dedicated outputs as one word."""
         there = {"SO01", "SO04", "SO10", *self.outputs}.difference(self.missing)
         return sum(bit(name) for name in there)
 
@@ -141,18 +141,18 @@ class Player:
         self.cpu_ok = self.auto = True
 
     def settle(self, inputs: int) -> None:
-        """These dedicated inputs stand, and have long been seen."""
+        """Set the dedicated inputs, as if the controller had seen them for a long time."""
         self._si = inputs
 
     def be_normal(self) -> None:
-        """No fault, and prompt normal answers from now on."""
+        """Remove all faults, and answer promptly and normally from now on."""
         self._fate, self._shown, self._stale = FATES[0], "normal", 0
         self._lag = deque(self._lag, 1)
         self.emergency = self.alarm = False
         self.cpu_ok = self.auto = True
 
     def step(self, si: bytes, connected: bool) -> bytes:
-        """The area that the PLC reads next; without a connection it gets nothing and sends it."""
+        """Return the area that the PLC reads next. Without a connection, nothing is exchanged."""
         now = (0, 0, 0, 0, 0, 0)
         if connected:
             head = si[0] | si[1] << 8, si[2] | si[3] << 8, si[32] | si[33] << 8
@@ -247,7 +247,7 @@ class Player:
         self._bits = bits | _SEQUENCE if inputs & 1 << 8 else bits & ~_SEQUENCE
 
     def _masked(self) -> int:
-        """The outputs as they are shown."""
+        """Return the outputs as they are shown in this case."""
         if self._shown == "normal" or not (self._bits ^ self._first) & self._mask:
             self._gone = 0
             return self._bits

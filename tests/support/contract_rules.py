@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 SCAN_US = 40_000
-#: Between two changes of dedicated inputs as written: 100 ms + the margin.
+#: Time between two changes of dedicated inputs as written: 100 ms + the margin.
 SPACING_US = 120_000
 #: Timeout of the blocks, in scans.
 TIMEOUT_SCANS = 10
@@ -19,7 +19,7 @@ TIMEOUT_SCANS = 10
 _INPUTS = 0b1111_0101_0100_0011
 #: SI(00) and SI(06): switching them off is never held back.
 _SAFETY = 0b0100_0001
-#: What sequences request.
+#: Inputs that sequences request.
 REQUESTS = _INPUTS & ~_SAFETY
 _ENDS = (0x0200, 0x4000)
 _JOG = (0x020, 0x021, 0x022)
@@ -227,7 +227,7 @@ class Rules:
         return self._end(so, status, connected, live, pins)
 
     def _still(self, si: bytes, status: int, connected: bool, live: bool) -> str:
-        """What cannot be if the work goes on."""
+        """Return what is wrong although the block continues to be Busy; empty if nothing is."""
         if not connected and not self.subject.patient:
             return "Busy without a connection"
         if not self.subject.codes:

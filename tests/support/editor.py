@@ -13,7 +13,7 @@ from rcx_harness.cli.debug import launched
 from structured_text.debug.protocol import Client
 from structured_text.debug.session import Session
 
-#: Nothing takes as long; a test that would hang fails [s].
+#: Longest wait [s]; a test that would hang fails instead.
 _LONGEST = 60
 
 
@@ -40,7 +40,7 @@ class _Mail:
         return len(data)
 
     def flush(self) -> None:
-        """Nothing is held back."""
+        """Do nothing: the stream has no buffer."""
 
 
 class Editor:
@@ -93,7 +93,7 @@ class Editor:
             self._events.append(found)
 
     def event(self, name: str) -> dict[str, Any]:
-        """The next event of this name; others before it are forgotten."""
+        """Return the next event of this name, and discard the events before it."""
         while True:
             found = self._events.pop(0) if self._events else self._next()
             if found.get("event") == name:
@@ -110,7 +110,7 @@ class Editor:
     def start(
         self, breakpoints: Mapping[str | Path, list[Any]] | None = None, **launch: Any
     ) -> Any:
-        """Launch a program and run until it stops first; gives why.
+        """Launch a program, run to its first stop, and return the reason of the stop.
 
         Args:
             breakpoints: By file: lines, or breakpoints as the protocol has them.
@@ -132,24 +132,24 @@ class Editor:
         return found
 
     def go(self, command: str = "continue", thread: int = 1, **arguments: Any) -> dict[str, Any]:
-        """Go on or back, until it stops; gives why."""
+        """Continue forwards or backwards until the next stop, and return the stop event."""
         self.request(command, threadId=thread, **arguments)
         return self.event("stopped")
 
     def stack(self, thread: int = 1) -> list[tuple[str, int]]:
-        """The titles and lines of the stack, the innermost first."""
+        """Return the titles and lines of the stack, the innermost first."""
         frames = self.request("stackTrace", threadId=thread)["stackFrames"]
         return [(one["name"], one["line"]) for one in frames]
 
     @property
     def line(self) -> int:
-        """Where it stands."""
+        """Return the line of the innermost stack frame."""
         return self.stack()[0][1]
 
     def value(
         self, expression: str, level: int = 0, context: str = "watch", thread: int = 1
     ) -> str:
-        """What an expression gives, in a frame of the stack."""
+        """Return the value of an expression in a frame of the stack."""
         frames = self.request("stackTrace", threadId=thread)["stackFrames"]
         asked = {"expression": expression, "frameId": frames[level]["id"], "context": context}
         return str(self.request("evaluate", **asked)["result"])
@@ -159,14 +159,14 @@ class Editor:
         return self.value(text, context="repl")
 
     def scope(self, name: str, level: int = 0, thread: int = 1) -> dict[str, dict[str, Any]]:
-        """The variables of a scope, by name."""
+        """Return the variables of a scope, by name."""
         frames = self.request("stackTrace", threadId=thread)["stackFrames"]
         scopes = self.request("scopes", frameId=frames[level]["id"])["scopes"]
         (found,) = [one for one in scopes if one["name"] == name]
         return self.below(found)
 
     def below(self, of: Mapping[str, Any], **page: int) -> dict[str, dict[str, Any]]:
-        """The parts of a variable, by name."""
+        """Return the parts of a variable, by name."""
         asked = {"variablesReference": of["variablesReference"], **page}
         return {one["name"]: one for one in self.request("variables", **asked)["variables"]}
 

@@ -52,7 +52,7 @@ class Report:
     grown_kib: int = 0
 
     def text(self) -> str:
-        """Three lines for a reader."""
+        """Return three lines for a reader."""
         kinds = ", ".join(f"{name} {number}" for name, number in sorted(self.attacks.items()))
         answers, replies = (
             ", ".join(f"0x{one:02X} {number}" for one, number in sorted(found.items()))
@@ -87,7 +87,7 @@ class Attacker:
         ]
 
     def attack(self) -> None:
-        """Do one attack, of a kind that is drawn."""
+        """Do one attack of a random kind."""
         weights = [weight for weight, _ in self._kinds]
         kind = self._draw.choices([one for _, one in self._kinds], weights)[0]
         self._report.attacks[kind.__name__.lstrip("_").replace("_", " ")] += 1
@@ -119,7 +119,7 @@ class Attacker:
         return made
 
     def _register(self, peer: socket.socket) -> int:
-        """A session handle; 0 where the adapter gives none."""
+        """Register a session and return its handle, or 0 if the adapter does not give one."""
         try:
             peer.sendall(frame(0x65, b"\x01\x00\x00\x00"))
             answer = _receive(peer, HEADER.size + 4)
@@ -128,7 +128,7 @@ class Attacker:
         return int(HEADER.unpack_from(answer)[2]) if len(answer) == HEADER.size + 4 else 0
 
     def _mutated(self) -> None:
-        """Damaged frames in a session; whatever comes back must be whole frames."""
+        """Send damaged frames in a session; all answers must be whole frames."""
         with self._connect() as peer:
             session = self._register(peer)
             frames = valid_frames(self._draw, session)
@@ -137,7 +137,7 @@ class Attacker:
             self._take_answers(peer)
 
     def _pieces(self) -> None:
-        """Frames of nothing but noise, or good ones cut at any place."""
+        """Send frames of random bytes, or valid frames cut at a random place."""
         with self._connect() as peer:
             session = self._register(peer)
             data = b"".join(self._draw.choices(valid_frames(self._draw, session), k=4))
@@ -150,14 +150,14 @@ class Attacker:
             self._take_answers(peer)
 
     def _abandoned(self) -> None:
-        """A frame that is not whole, and a connection that is reset."""
+        """Send a part of a frame, then reset the connection."""
         with self._connect() as peer:
             peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             whole = self._draw.choice(valid_frames(self._draw, 1))
             self._send_all(peer, whole[: self._draw.randrange(len(whole) + 1)])
 
     def _oversized(self) -> None:
-        """A frame as long as the header can say, or one that says so and stops."""
+        """Send a frame of the largest possible length, or only its header."""
         with self._connect() as peer:
             session = self._register(peer)
             command = self._draw.choice((0x00, 0x04, 0x63, 0x65, 0x6F, 0x70, 0xFFFF))
@@ -166,7 +166,7 @@ class Attacker:
             self._take_answers(peer)
 
     def _never_closed(self) -> None:
-        """A connection that is kept, with or without a session."""
+        """Open a connection, with or without a session, and do not close it."""
         peer = self._connect()
         if self._draw.random() < 0.7:
             self._register(peer)
@@ -175,14 +175,14 @@ class Attacker:
             self._held.pop(self._draw.randrange(_HELD)).close()
 
     def _flood(self) -> None:
-        """Many connections at once."""
+        """Open many connections at once."""
         with ExitStack() as peers:
             for _ in range(30):
                 with suppress(_NotTakenError):
                     peers.enter_context(self._connect())
 
     def _slowly(self) -> None:
-        """A frame sent byte by byte, between other attacks."""
+        """Send a frame byte by byte, between other attacks."""
         if len(self._slow) < 8:
             with suppress(_NotTakenError):
                 peer = self._connect()
@@ -197,7 +197,7 @@ class Attacker:
         self._slow = rest
 
     def _never_reading(self) -> None:
-        """Requests without end from a peer that takes no answer."""
+        """Send requests without end, and read no answer."""
         with self._connect(receive_buffer=4096) as peer:
             peer.setblocking(False)
             data = self._draw.choice(READ_ONLY) * 100
@@ -207,11 +207,11 @@ class Attacker:
                     peer.send(data)
 
     def _udp_explicit(self) -> None:
-        """Datagrams on the explicit port."""
+        """Send datagrams to the explicit port."""
         self._send_to(mutate(self._draw, self._draw.choice(valid_frames(self._draw, 0))))
 
     def _udp_cyclic(self) -> None:
-        """Datagrams on the cyclic port, most of them with the ids of the running connection."""
+        """Send datagrams to the cyclic port, most of them with the running connection's ids."""
         number = self._draw.choice((*self._target.ids, self._draw.randrange(1 << 32)))
         data = struct.pack("<HI", self._draw.randrange(0x10000), self._draw.choice((1, 0, 3)))
         data += self._draw.randbytes(48)
@@ -234,7 +234,7 @@ class Attacker:
             peer.sendall(data)
 
     def _take_answers(self, peer: socket.socket) -> None:
-        """Say that nothing more comes; what the adapter has sent by its close must be frames."""
+        """End the sending direction; all that the adapter sends until its close must be frames."""
         with suppress(OSError):
             peer.shutdown(socket.SHUT_WR)
         data = b""

@@ -15,12 +15,12 @@ _BORDERS = (0, 1, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF)
 
 
 def frame(command: int, data: bytes = b"", session: int = 0, options: int = 0) -> bytes:
-    """An encapsulation frame whose length is right."""
+    """Return an encapsulation frame whose length is right."""
     return HEADER.pack(command, len(data), session, 0, b"fuzzing!", options) + data
 
 
 def send_rr(message: bytes, session: int) -> bytes:
-    """An unconnected CIP message."""
+    """Return an unconnected CIP message in its encapsulation frame."""
     items = struct.pack("<HHHHH", 2, 0x0000, 0, 0x00B2, len(message)) + message
     return frame(_SEND_RR, struct.pack("<IH", 0, 5) + items, session)
 
@@ -35,7 +35,7 @@ def forward_open(
     transport: int = 0x01,
     multiplier: int = 5,
 ) -> bytes:
-    """A Forward Open, or a Large one; `sizes` as on the wire, with sequence count and header.
+    """Return a Forward Open, or a Large one. `sizes` are those of the wire, with count and header.
 
     The originator is vendor 0xBAD, serial number 0xBADBAD.
     """
@@ -56,7 +56,7 @@ def _forward_close(serial: int) -> bytes:
 
 
 def _messages(draw: Random) -> list[bytes]:
-    """CIP requests of every kind; Set and Reset are refused while a master owns the outputs."""
+    """Return CIP requests of every kind. An owner makes the adapter refuse Set and Reset."""
     inner = b"\x0e\x03\x20\x04\x24\x64\x30\x03"
     unconnected_send = b"\x52\x02\x20\x06\x24\x01" + struct.pack("<BBH", 3, 250, len(inner))
     serial = draw.randrange(1, 0xFFFF)
@@ -83,7 +83,7 @@ def _messages(draw: Random) -> list[bytes]:
 
 
 def valid_frames(draw: Random, session: int) -> list[bytes]:
-    """One frame of every kind, each right by itself but for what is drawn."""
+    """Return one valid frame of every kind; some of their values are random."""
     unit_items = struct.pack("<HHHIHHH", 2, 0x00A1, 4, draw.randrange(1 << 32), 0x00B1, 8, 1)
     unit = struct.pack("<IH", 0, 0) + unit_items + b"\x01\x02\x20\x01\x24\x01"
     return [
@@ -104,7 +104,7 @@ READ_ONLY = (frame(_LIST_IDENTITY), frame(_LIST_SERVICES), frame(_LIST_INTERFACE
 
 
 def mutate(draw: Random, good: bytes) -> bytes:
-    """Damage a frame in one to four ways; now and then leave it as it is."""
+    """Damage a frame in one to four ways; sometimes return it unchanged."""
     data = bytearray(good)
     for _ in range(draw.choice((0, 1, 1, 1, 2, 4))):
         way = draw.randrange(8)

@@ -41,7 +41,7 @@ TO_ROBOT = bytes(range(48))
 #: Longest wait for a packet of the master [s]; only a failure takes it.
 _PATIENCE_S = 20.0
 _CHECK_EVERY = 20
-#: What the adapter's processes may grow by after the first hundred attacks [KiB].
+#: Allowed growth of the adapter's processes after the first hundred attacks [KiB].
 _GROWTH_KIB = 24_000
 
 
@@ -60,7 +60,7 @@ class Bench:
     received: int = 0
 
     def target(self) -> Target:
-        """What an attacker can know of it."""
+        """Return what an attacker can know of the adapter."""
         connection = self.scanner.connection
         assert connection is not None
         host, port = self.adapter.address
@@ -68,7 +68,7 @@ class Bench:
         return Target((host, port), (host, self.adapter.io_port or IO_PORT), ids)
 
     def check(self) -> None:
-        """The peers that behave notice nothing, and nothing of the attacker's is in the model.
+        """Check that master and reader are undisturbed, and the model has no data of the attacker.
 
         Raises:
             AssertionError: it is not so.
@@ -92,7 +92,7 @@ class Bench:
 
 @contextmanager
 def bench() -> Iterator[Bench]:
-    """An adapter with a master that owns its outputs and a reader, both at work."""
+    """Start an adapter with a master that owns its outputs, and a reader."""
     with TemporaryDirectory() as folder, ExitStack() as stack:
         complaints = Path(folder) / "stderr"
         with _standard_error_into(complaints):
@@ -157,7 +157,7 @@ def fuzz(
 
 @contextmanager
 def _standard_error_into(file: Path) -> Iterator[None]:
-    """Processes that are started meanwhile write their standard error to this file."""
+    """Redirect the standard error of processes started meanwhile into this file."""
     sys.stderr.flush()
     before = os.dup(2)
     with file.open("wb") as opened:
@@ -170,7 +170,7 @@ def _standard_error_into(file: Path) -> Iterator[None]:
 
 
 def memory_kib(adapter: Adapter) -> int:
-    """Resident memory of the adapter's processes; 0 where the system does not tell."""
+    """Return the resident memory of the adapter's processes; 0 if the system does not report it."""
     return sum(_resident_kib(pid) for pid in (adapter.pid, *_children(adapter.pid)))
 
 
@@ -198,7 +198,7 @@ def _duration(text: str) -> int:
 
 
 def main() -> int:
-    """`make fuzz`."""
+    """Run `make fuzz`."""
     parser = argparse.ArgumentParser(description="Attack the EtherNet/IP adapter.")
     parser.add_argument(
         "--for", dest="duration_us", type=_duration, default="60s", help="how long, e.g. 10s"

@@ -47,8 +47,8 @@ _NAMES = {
     94: "SetDate SetTime RemoteAlarmReset ResetSystemData DefineRealTimeOutput ReadRealTimeOutput",
     100: "EnableRealTimeOutput",
 }
-#: What an example's heading says that `given` does not.
-_SAYS: dict[int, Pins] = {
+#: Pins that only the example's heading gives, not `given`.
+_FROM_HEADING: dict[int, Pins] = {
     19: {"Frame": "JOG_PULSES"},
     20: {"Frame": "JOG_CARTESIAN"},
     21: {"Frame": "JOG_TOOL"},
@@ -64,21 +64,21 @@ _SAYS: dict[int, Pins] = {
     86: {"MotorType": "MOTOR_TYPE_ALL"},
 }
 EXAMPLE_BLOCKS: dict[int, tuple[str, Pins]] = {
-    number: (f"FB_{name}", _SAYS.get(number, {}))
+    number: (f"FB_{name}", _FROM_HEADING.get(number, {}))
     for first, names in _NAMES.items()
     for number, name in enumerate(names.split(), first)
 }
 
 
 def _to(*pins: str) -> Callable[[Any], Pins]:
-    """The value stands at this pin; several values one at each."""
+    """Return a function that maps a value to this pin, or several values to the pins in order."""
     if len(pins) > 1:
         return lambda values: dict(zip(pins, values, strict=True))
     return lambda value: {pins[0]: value}
 
 
 def _each(pairs: str) -> Meaning:
-    """`key=Pin`: the value of the key stands at that pin."""
+    """Return, for each `key=Pin`, a function that maps the value of the key to the pin."""
     return {key: _to(pin) for key, pin in (pair.split("=") for pair in pairs.split())}
 
 
@@ -95,7 +95,7 @@ def _bit(axis: int) -> int:
 
 
 def _port(kind: str, number: str) -> Callable[[Any], Pins]:
-    """`DO12()` is port 12 of the digital outputs."""
+    """Return a function that maps `DO12()` to port 12 of the digital outputs at these pins."""
     return lambda text: {kind: f"PORT_{text[:2]}", number: int(text[2:-2])}
 
 
@@ -150,7 +150,7 @@ _PARAMETER: Meaning = {
 
 _TORQUE: Meaning = {"axis": lambda axis: {"TorqueAxes": _bit(axis)}}
 
-#: Where a key means another pin.
+#: Blocks in which a key means another pin.
 _GIVEN_TO: dict[str, Meaning] = {
     "FB_ChangeSpeed": {"speed_percent": _to("Percent")},
     "FB_WriteShift": {"data_mm": _to("ShiftMm")},
@@ -189,7 +189,7 @@ def _states(pin: str, prefix: str, names: Mapping[int, str]) -> Callable[[Any], 
 
 
 def _version(text: str) -> int:
-    """V1.08 is 16#0108, V1.001 is 16#1001."""
+    """Return a version as a word: V1.08 is 16#0108, V1.001 is 16#1001."""
     return int(text.strip("V").replace(".", ""), 16)
 
 
@@ -232,7 +232,7 @@ _ANSWER: Meaning = {
     "item": lambda name: {"OutputItem": {"motor_duty": 13}[name]},
 }
 
-#: Where a key means another output.
+#: Blocks in which a key means another output.
 _ANSWER_AT: dict[str, Meaning] = {
     "FB_ReadShift": {"data_mm": _to("ShiftMm")},
     "FB_ReadHand": {  # data 1 comes with its scale and without
@@ -247,12 +247,12 @@ _ANSWER_AT: dict[str, Meaning] = {
 
 
 def given_pins(name: str, given: Mapping[str, Any]) -> Pins:
-    """The inputs of a block for what an example orders; every key must have a meaning."""
+    """Return the inputs of a block for what an example orders; every key must have a meaning."""
     return _pins(given, _GIVEN_TO.get(name, {}), _GIVEN)
 
 
 def answer_pins(name: str, answer: Mapping[str, Any]) -> Pins:
-    """The outputs of a block for what an example answers; every key must have a meaning."""
+    """Return the outputs of a block for what an example answers; every key must have a meaning."""
     return _pins(answer, _ANSWER_AT.get(name, {}), _ANSWER)
 
 

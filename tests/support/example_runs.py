@@ -40,12 +40,12 @@ def finished(name: str, engine: str = "builtin") -> Finished:
 
 
 def recorded_trace(example: Example) -> Path:
-    """Where its trace, recorded from matiec, is kept."""
+    """Return the path of its trace, which was recorded from matiec."""
     return ROOT / "tests/data/traces/examples" / f"{example.name}.jsonl"
 
 
 def changes(lines: Iterable[str]) -> Iterator[str]:
-    """The lines of a trace that show anything new on the wire, without the first one.
+    """Return the lines of a trace that show a change on the wire, without the first line.
 
     The zeros at the end of an area are left out.
     """

@@ -26,12 +26,12 @@ _PLACES = {"C1O1": Place(1, 1, 3, 1)}
 #: Between two quarters of the motor's rotation, 4096 pulses each.
 _BETWEEN_QUARTERS = 5000
 
-#: What stands in a state under the same name as in RobotConfig.
+#: Keys of a state with the same name as in RobotConfig.
 _SAME_NAME = ("inching_amount", "auto_speed", "manual_speed", "program_speed")
 
 
 def example_config(state: Mapping[str, Any], **knobs: Any) -> RobotConfig:
-    """A configuration with all that a state has stored.
+    """Return a configuration with all that a state has stored.
 
     Args:
         state: Of an example.
@@ -56,7 +56,7 @@ def example_config(state: Mapping[str, Any], **knobs: Any) -> RobotConfig:
 
 
 def in_state(state: Mapping[str, Any], **knobs: Any) -> Master:
-    """A master whose controller is in that state: powered, servo on unless it says otherwise."""
+    """Return a master whose controller is in this state; by default powered and servo on."""
     config = example_config(state, **knobs)
     master = Master(**{name: getattr(config, name) for name in config.__dataclass_fields__})
     if state.get("motor_power") == "off":
@@ -70,7 +70,7 @@ def in_state(state: Mapping[str, Any], **knobs: Any) -> Master:
 
 
 def found(master: Master, effect: Mapping[str, Any]) -> dict[str, Any]:
-    """What is in the controller under the keys of `effect`, written as there."""
+    """Return the data in the controller under the keys of `effect`, in the notation of `effect`."""
     master.run(100)
     return {key: _FOUND[key](master.robot.machine, value) for key, value in effect.items()}
 
@@ -129,7 +129,7 @@ def _register(master: Master, entries: list[Mapping[str, Any]]) -> None:
 
 
 def _set_history(master: Master, entries: Mapping[str, Mapping[str, str]]) -> None:
-    """Newest first: with entry 10 at the wanted place, nine others are newer."""
+    """Raise alarms, the newest first: if entry 10 is wanted, nine others are newer."""
     alarms = master.robot.alarms
     for number, entry in entries.items():
         alarms.note(entry["alarm"], master.now_us)
@@ -138,7 +138,7 @@ def _set_history(master: Master, entries: Mapping[str, Mapping[str, str]]) -> No
 
 
 def _make_latest_alarm(master: Master, entry: Mapping[str, str]) -> None:
-    """Axis 1 of robot 1 is sent beyond its soft limit."""
+    """Send axis 1 of robot 1 beyond its soft limit."""
     assert entry == {"alarm": "2.334", "place": "R1A1"}
     answer = master.execute(0x0007, 0x0001, 0x0001, 0, 0, 0x7FFF)
     assert answer[:3] == (0x4000, 2, 334)
@@ -174,7 +174,7 @@ def _set_positions(master: Master, positions: list[int]) -> None:
     master.robot.positions[:] = positions[:4]
 
 
-#: What is set once the controller runs; the other keys are in its configuration.
+#: Keys that are set once the controller runs; the other keys are in its configuration.
 _SET: Mapping[str, Callable[[Master, Any], None]] = {
     "start_mm": lambda master, mm: _set_positions(master, list(_thousand(mm))),
     "start_pulses": _set_positions,

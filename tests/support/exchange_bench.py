@@ -57,7 +57,7 @@ DATA = IMAGE.hex()
 
 
 def packet(number: int, count: int, identifier: str = "11111111", run: int = 1) -> bytes:
-    """A packet of the master with IMAGE: 54 (0x36) bytes of connected data."""
+    """Return a packet of the master with IMAGE: 54 (0x36) bytes of connected data."""
     return bytes.fromhex(
         f"0200 0280 0800 {identifier} {number.to_bytes(4, 'little').hex()}"
         f"B100 3600 {count.to_bytes(2, 'little').hex()} {run:02X}000000 {DATA}"
@@ -65,14 +65,14 @@ def packet(number: int, count: int, identifier: str = "11111111", run: int = 1) 
 
 
 def heartbeat(number: int, identifier: str) -> bytes:
-    """A packet that carries a sequence count alone."""
+    """Return a packet that contains only a sequence count."""
     return bytes.fromhex(
         f"0200 0280 0800 {identifier} {number.to_bytes(4, 'little').hex()} B100 0200 0000"
     )
 
 
 def multicast(one: ConnectionParameters, api_us: int = 10_000) -> ConnectionParameters:
-    """The same connection with one production for all."""
+    """Return the same connection with a multicast production."""
     return replace(
         one, t_to_o_id=0x0A0A0A0A, t_to_o_api_us=api_us, multicast=True, destination=GROUP
     )
@@ -95,11 +95,11 @@ class Device:
         return self.exchange.poll(now_us, lambda *one: self.sent.append(one))
 
     def destinations(self) -> list[str]:
-        """Where the packets since the last call have gone."""
+        """Return the hosts to which packets were sent since the last call."""
         hosts = [address[0] for _, address, _ in self.sent]
         self.sent.clear()
         return hosts
 
     def owner(self) -> OwnerState:
-        """What became of the owner."""
+        """Return the state of the owner's connection."""
         return self.images.status().owner

@@ -40,15 +40,15 @@ class Numbers(World[Choice]):
     deaths: Path | None = None
 
     def first(self) -> bytes:
-        """0."""
+        """Return 0."""
         return b"0"
 
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """All."""
+        """Return all choices in every state."""
         return EVERY
 
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
-        """The next number."""
+        """Return the next number."""
         if self.deaths is not None and state == b"20" and (left := sorted(self.deaths.iterdir())):
             left[0].unlink()
             os.kill(os.getpid(), signal.SIGKILL)
@@ -56,6 +56,6 @@ class Numbers(World[Choice]):
         return b"%d" % following, [self.broken[following]] if following in self.broken else []
 
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
-        """Refuse some."""
+        """Refuse some numbers."""
         if int(state) in self.refused:
             raise InputError(f"{state.decode()} is refused")

@@ -64,12 +64,12 @@ def imported(project: Path, folder: Path) -> list[Path]:
 
 
 def shapes(files: Iterable[Path]) -> dict[str, Any]:
-    """What the files declare, by name: the syntax trees without the places in the text."""
+    """Return the declarations of the files by name: syntax trees without positions in the text."""
     return {node.name.text: shape(node) for file in files for node in parse(file).declarations}
 
 
 def comments(files: Iterable[Path]) -> list[str]:
-    """The words of all comments, in the order of the alphabet."""
+    """Return the words of all comments in alphabetical order."""
     found = []
     for file in files:
         for text in re.findall(r"\(\*(.*?)\*\)", file.read_text(encoding="utf-8"), re.DOTALL):
@@ -78,7 +78,7 @@ def comments(files: Iterable[Path]) -> list[str]:
 
 
 def trace_of(example: Example, program: list[Path], folder: Path) -> list[str]:
-    """What is new in each line of an example's trace, its program taken from other files.
+    """Return the changes in an example's trace, if its program is taken from other files.
 
     Args:
         example: Says what happens to the program.
@@ -93,12 +93,12 @@ def trace_of(example: Example, program: list[Path], folder: Path) -> list[str]:
 
 
 def recorded(example: Example) -> list[str]:
-    """The same of its recorded trace."""
+    """Return the changes in the recorded trace of an example."""
     return recorded_trace(example).read_text(encoding="utf-8").splitlines()[1:]
 
 
 def shape(node: Any) -> Any:
-    """A syntax tree as nested lists and tuples, without the places in the text."""
+    """Return a syntax tree as nested lists and tuples, without positions in the text."""
     if isinstance(node, s.Position):
         return None
     if isinstance(node, tuple):
@@ -110,7 +110,7 @@ def shape(node: Any) -> Any:
 
 
 def by_position(node: Any) -> Any:
-    """A shape in which calls of standard functions have lost the names of their arguments."""
+    """Return a shape without the names of the arguments in calls of standard functions."""
     if isinstance(node, dict):
         return {name: by_position(one) for name, one in node.items()}
     if isinstance(node, list):
@@ -122,7 +122,7 @@ def by_position(node: Any) -> Any:
 
 
 def _single(item: Any) -> list[Any]:
-    """`a, b : INT` is `a : INT; b : INT`."""
+    """Split a declaration: `a, b : INT` is `a : INT; b : INT`."""
     if isinstance(item, s.VarDecl) and len(item.names) > 1:
         rest = (item.spec, item.initial, item.address, item.at)
         return [shape(s.VarDecl((name,), *rest)) for name in item.names]

@@ -16,7 +16,7 @@ _MASKED = ("FC_RcxBitMask", "FC_RcxByteWithBit", "FC_RcxByteOfWord")
 
 
 def declared(part: Part) -> Iterator[tuple[str, str, s.VarDecl, str]]:
-    """Name, section, declaration and comment on one line of each variable or field."""
+    """Return name, section, declaration and one-line comment of each variable or field."""
     node = part.node
     if isinstance(node, s.Pou):
         for section in node.sections:
@@ -39,7 +39,7 @@ def _fields(part: Part) -> tuple[s.VarDecl, ...]:
 
 
 def untyped(text: str) -> str:
-    """A literal without its type: `WORD#16#1` is `16#1`; times stay."""
+    """Return a literal without its type: `16#1` for `WORD#16#1`; times are unchanged."""
     kind, mark, value = text.partition("#")
     return value if mark and kind.isalpha() and kind != "T" else text
 
@@ -57,7 +57,7 @@ def differing(
     renamed: Mapping[str, str],
     pins: Mapping[str, str],
 ) -> list[str]:
-    """Which POUs have other statements than the sources', worked out on the tree.
+    """Return the POUs whose statements differ from the sources', according to the syntax trees.
 
     Args:
         sources: The library.
@@ -83,7 +83,7 @@ def differing(
 def _changes(
     sources: Sources, words: Mapping[str, str], renamed: Mapping[str, str], pins: Mapping[str, str]
 ) -> Callable[[Any], Any]:
-    """What becomes of a node."""
+    """Return a function that maps a node of the sources to the expected node of the export."""
     numbers = {
         member.text: str(value)
         for one in sources.of("TYPE")

@@ -21,7 +21,7 @@ class Meeting:
     folder: Path
 
     def __call__(self, item: int) -> int:
-        """The item, 0 or 1."""
+        """Return the item, 0 or 1."""
         ours, theirs = (self.folder / str(one) for one in (item, 1 - item))
         # Opening a FIFO waits for the other end.
         for fifo, mode in sorted([(ours, "w"), (theirs, "r")]):
@@ -37,7 +37,7 @@ class FirstWaits:
     fifo: Path
 
     def __call__(self, item: int) -> int:
-        """The item."""
+        """Return the item."""
         if item == 0:
             with self.fifo.open():
                 pass
@@ -57,7 +57,7 @@ class Counted:
         return self
 
     def __call__(self, item: int) -> int:
-        """The number of the process."""
+        """Return the number of the process."""
         return os.getpid()
 
 
@@ -68,7 +68,7 @@ class Killed:
     folder: Path
 
     def __call__(self, item: int) -> int:
-        """Ten times the item."""
+        """Return ten times the item."""
         left = sorted(self.folder.iterdir())
         if item == 3 and left:
             left[0].unlink()
@@ -77,7 +77,7 @@ class Killed:
 
 
 def refuse(item: int) -> int:
-    """The item, but for 2 and 5, which the user has got wrong, and 9, which is our mistake."""
+    """Return the item. 2 and 5 raise an error of the user; 9 raises an error of our own."""
     if item in (2, 5):
         raise InputError("no such pin", file="a.st", line=item, hint="name another")
     if item == 9:
@@ -86,24 +86,24 @@ def refuse(item: int) -> int:
 
 
 def process_number(item: int) -> int:
-    """Of whoever does it."""
+    """Return the process number of the worker."""
     return os.getpid()
 
 
 def grandchild(item: int) -> int:
-    """Starts a process that waits for ever; its number."""
+    """Start a process that waits for ever, and return its number."""
     return subprocess.Popen([sys.executable, "-c", "import signal; signal.pause()"]).pid
 
 
 def waits_with_a_folder(item: str) -> None:
-    """Makes a temporary folder in this one, says so on standard output, and waits for ever."""
+    """Create a temporary folder in this folder, print `begun`, and wait for ever."""
     with TemporaryDirectory(dir=item):
         os.write(1, b"begun\n")
         threading.Event().wait()
 
 
 def noted(item: tuple[str, int]) -> int:
-    """Ten times the number, which is written to the end of the file."""
+    """Return ten times the number, and write the number to the end of the file."""
     file, number = item
     with Path(file).open("a") as stream:
         stream.write(f"{number}\n")

@@ -59,11 +59,11 @@ class Library:
     areas: Mapping[str, str]
 
     def declared(self, block: str) -> str:
-        """The declarations of what a program has to give it besides Robot."""
+        """Return declarations of the variables that a program passes to the block besides Robot."""
         return "".join(f"    {one} : {kind};\n" for one, kind in self._shared(block))
 
     def given(self, block: str) -> str:
-        """The arguments of its call."""
+        """Return the arguments of the block's call besides Robot."""
         given = "".join([f", {one} := {one}" for one, _ in self._shared(block)])
         return self.areas.get(block, "") + given
 
@@ -73,9 +73,9 @@ class Library:
 
 @lru_cache(maxsize=1)
 def library() -> Library:
-    """The blocks of plc/lib that the contract is about.
+    """Return the blocks of plc/lib to which the contract applies.
 
-    Of two that differ in their images only, the one with bytes.
+    If two blocks differ only in their images, the block with the image of bytes is returned.
     """
     found = [one for one in _blocks() if "RCX_IMAGE_WORDS" not in one[2].values()]
     areas = {"InputImage": "InputArea", "OutputImage": "OutputArea"}
@@ -99,7 +99,7 @@ def _without(shared: Mapping[str, str], left_out: Iterable[str]) -> dict[str, st
 
 
 def place(block: str, name: str) -> str:
-    """Where a value goes: to a variable that it shares (`Moves[1].Point`), or to a pin."""
+    """Return the path of a value: a variable that the block shares (`Moves[1].Point`), or a pin."""
     shared = library().shared.get(block, {})
     return name if name.partition("[")[0] in shared else f"Block.{name}"
 
@@ -129,7 +129,7 @@ def _blocks() -> Iterator[tuple[str, list[str], dict[str, str]]]:
 
 
 def _program(block: str, helpers: Sequence[str]) -> str:
-    """The program that calls `block` in every scan and the helpers while Helping is TRUE."""
+    """Return a program that calls `block` in every scan, and the helpers while Helping is TRUE."""
     held = "".join(f"    {name[3:]} : {name};\n" for name in helpers)
     calls = "".join(f"    {name[3:]}(Robot := Robot);\n" for name in helpers)
     return (
@@ -226,7 +226,7 @@ class FaultCell:
 
     @property
     def pins(self) -> Pins:
-        """The block's outputs."""
+        """Return the block's outputs."""
         found = iter(self._look())
         done, busy, error, number, active, aborted = (
             next(found) if there else 0 for _, there in self._outputs
@@ -238,38 +238,38 @@ class FaultCell:
         self[f"Block.{self.start_pin}"] = on
 
     def on(self, output: str) -> bool:
-        """Is the controller's output `SO02` ON, as the PLC read it?"""
+        """Return whether the controller's output `SO02` is ON, as the PLC read it."""
         at, mask = _BIT[output]
         return self.cell.connected and bool(self._last.so[at] & mask)
 
     @property
     def status(self) -> int:
-        """The remote status as the PLC read it."""
+        """Return the remote status as the PLC read it."""
         return int.from_bytes(self._last.so[:2], "little")
 
     @property
     def requests(self) -> int:
-        """Dedicated inputs that are ON on the wire, but for SI(00) and SI(06)."""
+        """Return the dedicated inputs that are ON on the wire, without SI(00) and SI(06)."""
         return int.from_bytes(self._last.si[32:34], "little") & _REQUESTS
 
     @property
     def code(self) -> int:
-        """The command code on the wire."""
+        """Return the command code on the wire."""
         return int.from_bytes(self._last.si[:2], "little")
 
     def wire(self) -> bytes:
-        """Code, status and dedicated signals: where these change, a sequence goes on."""
+        """Return code, status and dedicated signals. A change of them is a step of a sequence."""
         so, si = self._last.so, self._last.si
         return so[:2] + so[32:34] + si[:2] + si[32:34]
 
     def free(self, channel: str) -> bool:
-        """Is it nobody's turn on this channel, and does nobody wait?"""
+        """Return whether no block has the turn on this channel or waits for it."""
         return bool(
             self[f"Robot.Inner.{channel}.Serving"] == self[f"Robot.Inner.{channel}.NextTicket"]
         )
 
     def scan(self) -> Pins:
-        """One scan; the block's outputs after it."""
+        """Run one scan, and return the block's outputs after it."""
         requested, code = self.requests, self.code
         self.cell.scan()
         pins = self.pins
@@ -280,7 +280,7 @@ class FaultCell:
         return pins
 
     def note(self, pins: Pins) -> None:
-        """Remember what there is to see, if it has changed."""
+        """Add the present outputs and signals to the history if they have changed."""
         seen = (self.wire(), pins)
         if not self._history or self._history[-1][1] != seen:
             self._history.append((self._last.scan, seen))
@@ -324,7 +324,7 @@ class FaultCell:
 
 
 def _signals(wire: bytes) -> str:
-    """What `FaultCell.wire` gave, to be read: inputs and code, outputs and status."""
+    """Return a readable text for `FaultCell.wire`: inputs and code, outputs and status."""
 
     def listed(word: int) -> str:
         return ",".join(f"{k >> 3}{k & 7}" for k in range(16) if word >> k & 1)

@@ -30,7 +30,7 @@ def _set(name: str, value: bool) -> Callable[[FaultCell], None]:
 
 
 def _nothing(cell: FaultCell) -> None:
-    """No fault, or a cause that goes by itself."""
+    """Do nothing: there is no fault, or its cause disappears by itself."""
 
 
 NONE = Fault("none", _nothing, _nothing)

@@ -23,15 +23,15 @@ from fault_scenarios import SCENARIOS, Scenario
 
 __all__ = ["FAULTS", "Answer", "Case", "Fault", "Pattern", "Rig", "rig"]
 
-#: From the end of the last wait to the end of the block, pace of the inputs included [scans].
-_SLACK = 60
-#: Longest that requests take to leave the wire, and turns to become free [scans].
-_LET_GO = 45
-#: Longest that the cell takes to a stable state once the causes are gone [scans].
+#: Longest time from the end of the last wait to the block's end, including input pacing [scans].
+_MOST_END_SCANS = 60
+#: Longest time until requests are withdrawn and turns are free [scans].
+_MOST_RELEASE_SCANS = 45
+#: Longest time until the cell is stable once the causes are gone [scans].
 _STEADY = 150
-#: How late a late answer is, still within Timeout [scans].
+#: Delay of a late answer, which is still within Timeout [scans].
 _LATE = 8
-#: A sequence that is so long has the patterns take turns [scans].
+#: In a sequence of this length or more, the patterns alternate [scans].
 _LONG = 20
 #: Cases with a disturbed answer for a block and a fault.
 _MOST_SHAPED = 24
@@ -94,7 +94,7 @@ class _Course(NamedTuple):
     pins: Pins
 
     def moments(self) -> list[int]:
-        """The scans around each change, and one in the middle of each wait."""
+        """Return the scans around each change, and one in the middle of each wait."""
         last = [0]
         found = {0, 1, self.ended, self.ended + 1}
         for scan in range(1, self.ended + 1):
@@ -139,7 +139,7 @@ class Rig:
         return [*self._at_each_scan(fault, every), *_thinned(shaped, _MOST_SHAPED, every)]
 
     def one_of_each(self) -> list[Case]:
-        """Return one case for each fault in the middle of the work, and for each bad answer."""
+        """Return one case for each fault in the middle of the work, and one for each bad answer."""
         middle = self._course(NORMAL).ended // 2
         faults = (fault for fault in FAULTS.values() if fault is not NONE)
         found = [Case(_BASIC[turn % 3], NORMAL, fault, middle) for turn, fault in enumerate(faults)]
@@ -214,7 +214,9 @@ class Rig:
         """Start the block and let the case happen; in which scan it ended, and how."""
         cell, fault = self.cell, case.fault
         limit = (
-            self.scenario.waits * TIMEOUT_SCANS + _SLACK + case.answer.fate.count("late") * _LATE
+            self.scenario.waits * TIMEOUT_SCANS
+            + _MOST_END_SCANS
+            + case.answer.fate.count("late") * _LATE
         )
         ended: int | None = None
         end = pins = cell.pins
@@ -276,7 +278,7 @@ class Rig:
             robot.force(signal, int(self._at_start[signal]))
 
     def _due(self, signal: str) -> int:
-        """In which scan of the undisturbed run the answer is there."""
+        """Return the scan in which the undisturbed run has the answer."""
         if signal not in self._answered:
             wires = self._course(NORMAL).wires
             scans = [k for k, wire in enumerate(wires) if self._is_answer(signal, wire)]
@@ -301,7 +303,7 @@ class Rig:
         return self._courses[answer]
 
     def _expect(self, case: Case, pins: Pins) -> None:
-        """Without a fault the end is known."""
+        """Check how a case without a fault ends."""
         if case.fault is not NONE:
             return
         if case.answer.fate in ("normal", "late") and not pins.done:
@@ -312,15 +314,19 @@ class Rig:
     # --- what must follow --------------------------------------------------------------------
 
     def _lets_go(self, case: Case) -> None:
-        """The outputs clear at once; requests and turn are given up, the cause still there."""
+        """Check that the outputs clear at once and the turn is free, while the fault remains."""
         cell = self.cell
         pins = cell.scan()
         if any(pins):
             cell.fail("the outputs stay although Execute is FALSE and the end was shown")
-        cell.until(lambda: not cell.requests, _LET_GO, "the requests are withdrawn")
-        cell.until(lambda: cell.free("Sequence"), _LET_GO, "the turn for sequences is free")
+        cell.until(lambda: not cell.requests, _MOST_RELEASE_SCANS, "the requests are withdrawn")
+        cell.until(
+            lambda: cell.free("Sequence"), _MOST_RELEASE_SCANS, "the turn for sequences is free"
+        )
         if "Status" not in (case.answer.signal, *self.scenario.answers):
-            cell.until(lambda: cell.free("Command"), _LET_GO, "the turn for commands is free")
+            cell.until(
+                lambda: cell.free("Command"), _MOST_RELEASE_SCANS, "the turn for commands is free"
+            )
 
     def _remove_causes(self, case: Case) -> None:
         case.fault.end(self.cell)
@@ -328,18 +334,20 @@ class Rig:
             self.cell.cell.robot.release(case.answer.signal)
 
     def _stays_quiet(self) -> None:
-        """The cell comes to rest, both turns are free, and nothing starts by itself."""
+        """Check that the cell comes to rest, both turns are free, and nothing starts by itself."""
         cell = self.cell
         there = "connection and CPU_OK"
         cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, there)
         cell.until(lambda: cell.free("Command"), _STEADY, "the turn for commands is free")
-        cell.until(lambda: cell.free("Sequence"), _LET_GO, "the turn for sequences is free")
+        cell.until(
+            lambda: cell.free("Sequence"), _MOST_RELEASE_SCANS, "the turn for sequences is free"
+        )
         for _ in range(6):
             cell.scan()
 
     def _works_again(self) -> None:
         cell = self.cell
-        limit = self.scenario.waits * TIMEOUT_SCANS + _SLACK
+        limit = self.scenario.waits * TIMEOUT_SCANS + _MOST_END_SCANS
         cell.start(True)
         if not cell.scan().busy:
             cell.fail("no Busy in the scan of the edge, after recovery")
@@ -353,12 +361,15 @@ class Rig:
 
 
 def _thinned(cases: list[Case], most: int, every: bool) -> list[Case]:
-    """Every n-th of them, so that there are not more; n is no multiple of 3, the patterns."""
+    """Return every n-th case, so that at most about `most` remain.
+
+    n is not a multiple of 3, because the three patterns alternate.
+    """
     step = 1 if every else max(1, -(-len(cases) // most))
     return cases[:: step + (step > 1 and step % 3 == 0)]
 
 
 @cache
 def rig(block: str) -> Rig:
-    """The rig of a block, made once in each process."""
+    """Return the rig of a block, made once in each process."""
     return Rig(block)

@@ -10,7 +10,7 @@ from fault_cell import FaultCell
 from plc_bench import ROOT
 from rcx_harness.robot import Axis, RobotProgram
 
-#: Longest that the cell takes to a stable state: boot, new connection, settling [scans].
+#: Longest time until the cell is stable: boot, new connection, settling [scans].
 _STEADY = 120
 
 #: The robot side of FB_ProgramCall.
@@ -46,7 +46,7 @@ class Scenario:
 
 
 def recover(cell: FaultCell) -> None:
-    """The documented way back, once the causes are removed: reset the alarm, then servo on."""
+    """Recover as documented once the causes are removed: alarm reset, then servo on."""
     cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, "CPU_OK")
     if cell["Robot.Inner.HoldEmergency"]:
         cell.help("FB_ServoOnFromEmergencyStop")
@@ -106,7 +106,7 @@ def _axes_at_zero(cell: FaultCell) -> None:
 
 
 def _acknowledged(cell: FaultCell) -> None:
-    """Recovered, and somebody has seen where the robot stands: only then it may ask again."""
+    """Recover, then set Acknowledge: the block may read again only after a person has looked."""
     recover(cell)
     cell["Block.Acknowledge"] = True
     cell.scan()
@@ -149,7 +149,7 @@ _HEAD_OF_50 = {
 }
 _ROW_OF_50 = {"Defined": True, "Flag": 1, "Values": [10_000, -20_000, 5_000, -18_000, 0, 0]}
 
-#: Every edge-triggered block of the library; of the generated ones, which are alike, two.
+#: Every edge-triggered block of the library, with two of the generated ones, which are alike.
 SCENARIOS: dict[str, Scenario] = {
     "FB_AlarmReset": Scenario(_alarm, ("SO03",), {"SO03": False}),
     "FB_AutoStart": Scenario(_program_stands, ("SO13",), {"SO13": True}, helpers=_START),

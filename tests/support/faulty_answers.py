@@ -25,7 +25,7 @@ def _edges(areas: Areas, name: str, on: bool) -> list[int]:
 
 
 def _turned(name: str, on: bool, first: int, end: int, by: str = "") -> Callable[[Areas], None]:
-    """From `first` to `end` cycles after it comes (or `by` does) a signal is shown ON, or OFF."""
+    """Show a signal ON (or OFF) from `first` to `end` cycles after it, or after `by`, comes."""
 
     def change(areas: Areas) -> None:
         for k in _edges(areas, by or name, True):
@@ -36,7 +36,7 @@ def _turned(name: str, on: bool, first: int, end: int, by: str = "") -> Callable
 
 
 def _ends(areas: Areas) -> list[tuple[int, int]]:
-    """Where normal ends are shown: first cycle, and the one behind the last."""
+    """Return where normal ends are shown: the first cycle, and the cycle after the last."""
     found: list[tuple[int, int]] = []
     for k, area in enumerate(areas):
         if int.from_bytes(area[:2], "little") == NORMAL_END:
@@ -94,7 +94,7 @@ def _run_again(areas: Areas, first: int, end: int) -> None:
 
 
 def _follow(name: str, other: str) -> Callable[[Areas], None]:
-    """One signal is shown in the place of the other as well."""
+    """Show a signal with the value of another one."""
 
     def change(areas: Areas) -> None:
         at, mask = _BITS[other]
@@ -110,7 +110,7 @@ def _reserved(areas: Areas) -> None:
 
 
 def _stuck(name: str) -> Callable[[Areas], None]:
-    """What comes and goes does not go for the first time."""
+    """Do not show the first OFF of a signal that comes and goes."""
 
     def change(areas: Areas) -> None:
         k = _edges(areas, name, False)[0]
@@ -119,7 +119,7 @@ def _stuck(name: str) -> Callable[[Areas], None]:
     return change
 
 
-#: What is wrong, by what is done to the areas of a right one.
+#: Faults by name, each with the change of a right controller's areas.
 WRONG: dict[str, Callable[[Areas], None]] = {
     "responses one word too late in the area": _each_end(_shift),
     "commands that are executed end abnormally, with their data": _each_end(_abnormal),
@@ -141,7 +141,7 @@ WRONG: dict[str, Callable[[Areas], None]] = {
 
 
 def recorded_wrong(master: RecordedMaster, name: str) -> Recording:
-    """What was noted, with answers that are wrong in that way."""
+    """Return the recording of a master, with answers that are wrong in the named way."""
     areas = [bytearray(so) for _, _, so in master.cycles]
     WRONG[name](areas)
     cycles = [(t, si, bytes(so)) for (t, si, _), so in zip(master.cycles, areas, strict=True)]

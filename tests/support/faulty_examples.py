@@ -54,7 +54,7 @@ steps = [
 when = "Main.Placed > BEFORE(Main.Placed)"
 within = "30s"
 """
-#: Two such cycles, with one tray.
+#: Two of these cycles, with one tray.
 _DUO_DEMANDS = '''length = "6s"
 [operator]
 buttons = ["Main.Start1", "Main.Start2", "Main.Stop", "Main.Reset1", "Main.Reset2"]
@@ -144,7 +144,7 @@ FAULTY = (
 
 
 def changed_example(folder: Path, example: str, changes: _Changes = ()) -> None:
-    """Write a program with changes into a folder, and what is demanded as campaign.toml.
+    """Write a program with changes into a folder, and its requirements as campaign.toml.
 
     They are cycles written by hand, without FB_WorkCycle and FB_Interlock.
 

@@ -48,7 +48,7 @@ _PROGRAM = """PROGRAM Feeder
 END_PROGRAM
 """
 
-#: What its operator does, and what is demanded of it.
+#: Actions of its operator, and requirements.
 DEMANDS = """length = "2s"
 [operator]
 buttons = ["Main.Go", "Main.Reset"]

@@ -16,7 +16,7 @@ from recorded_robot import RecordedMaster, exercised
 
 _MARK = (Axis(), Axis(origin_method="mark"), Axis(type="incremental"), Axis(type="semi_absolute"))
 _STEPS = ("SO(20)=1", "WAIT SI(20)=1")
-#: What the robots are like; `--robot` is given with these, and the search begins there.
+#: Descriptions of the robots. They are passed with `--robot`, and the search starts from them.
 DESCRIPTIONS: dict[str, dict[str, Any]] = {
     "plain": {},
     "mark": {"axes": _MARK},
@@ -25,7 +25,7 @@ DESCRIPTIONS: dict[str, dict[str, Any]] = {
     "a program that waits": {"programs": (RobotProgram(steps=_STEPS),)},
     "extended": {"size": 256},
 }
-#: A description, and the keys that are to be found.
+#: A description, and the keys that the search must determine.
 CASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("plain", {}),
     ("plain", {"servo_on_delay": (20.0, 120.0), "emergency_release_delay": 30.0}),
@@ -61,14 +61,14 @@ CASES: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def recorded(description: str, values: Mapping[str, Any], seed: int = 7) -> Replay:
-    """Such a controller, exercised and recorded."""
+    """Return the recording of a controller with these values that was exercised."""
     master = RecordedMaster(seed, **DESCRIPTIONS[description], **values)
     exercised(master)
     return Replay(master.recording(), master.happenings)
 
 
 def judged(description: str, values: Mapping[str, Any]) -> tuple[Fit, list[str]]:
-    """What the search finds on such a recording, and what is wrong about that.
+    """Return the result of the search on such a recording, and what is wrong with it.
 
     A key is right where its value is the one that the robot had, where the recording shows the
     same with both, which is tried, or where it is a delay as long to a controller's cycle.
@@ -103,7 +103,7 @@ def _wrong_delay(key: str, found: Any, real: Any, seen: bool) -> list[str]:
 
 
 def _not_decided(found: Fit, replay: Replay) -> list[str]:
-    """Keys that are said not to be decided, although another value shows."""
+    """Return keys reported as undecided, although a different value shows."""
     wrong = []
     for knob in found.knobs:
         value = getattr(found.config, knob.key)

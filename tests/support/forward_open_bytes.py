@@ -20,7 +20,7 @@ def forward_open(
     path: str = "2004 2405 2C96 2C64",
     words: str = "",
 ) -> str:
-    """A request in hexadecimal digits.
+    """Return a Forward Open request in hexadecimal digits.
 
     As it stands: Exclusive Owner, 10 ms both ways, 48 bytes, fixed size, scheduled priority, point
     to point: 0x4836 is 2 + 4 + 48 bytes, 0x4832 is 2 + 48. T->O connection id 0x12345678.
@@ -33,7 +33,7 @@ def forward_open(
 
 
 def forward_close(triad: str = TRIAD, path: str = "2004 2405 2C96 2C64") -> str:
-    """A request in hexadecimal digits."""
+    """Return a Forward Close request in hexadecimal digits."""
     return f"4E 02 2006 2401 0A0E {triad} {len(bytes.fromhex(path)) // 2:02X} 00 {path}"
 
 
@@ -44,11 +44,11 @@ def opened(
     intervals: str = "10270000 10270000",
     service: str = "D4",
 ) -> bytes:
-    """The reply to a Forward Open that succeeded: ids, triad, actual intervals, no more data."""
+    """Return the success reply to a Forward Open: ids, triad, actual intervals, no more data."""
     return bytes.fromhex(f"{service} 00 00 00 {o_to_t_id} {t_to_o_id} {triad} {intervals} 00 00")
 
 
 def refused(words: str, service: str = "D4", triad: str = TRIAD, remaining: str = "00") -> bytes:
-    """Connection failure: 0x01, number of words, extended status, triad, remaining path size."""
+    """Return a refusal: 0x01, number of words, extended status, triad, remaining path size."""
     count = f"{len(bytes.fromhex(words)) // 2:02X}"
     return bytes.fromhex(f"{service} 00 01 {count} {words} {triad} {remaining} 00")

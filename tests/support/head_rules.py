@@ -32,7 +32,7 @@ class Since:
     start: int | None = None
 
     def look(self, now: int, so: bool, long: int) -> bool:
-        """Whether it is so now and has been, from a scan on that is at least `long` ago."""
+        """Return whether the condition holds now and has held since a scan at least `long` ago."""
         if not so:
             self.start = None
         elif self.start is None:
@@ -53,7 +53,7 @@ class Channel:
 
     @classmethod
     def of(cls, found: Mapping[str, object]) -> Channel:
-        """From the fields as a program has them."""
+        """Return the channel from the fields as a program has them."""
         return cls(
             int(str(found["NextTicket"])),
             int(str(found["Serving"])),
@@ -64,25 +64,25 @@ class Channel:
 
     @property
     def taken(self) -> bool:
-        """Somebody has the turn."""
+        """Return whether any work has the turn."""
         return self.serving != self.next_ticket
 
     @property
     def gone(self) -> bool:
-        """Who has the turn was not seen in this scan."""
+        """Return whether the holder of the turn was not seen in this scan."""
         return self.serving != self.lowest
 
     def see(self, ticket: int) -> None:
-        """The work behind this ticket is alive in this scan."""
+        """Note that the work with this ticket was called in this scan."""
         ahead = [(one - self.serving) % 65536 for one in (ticket, self.lowest)]
         self.lowest = (self.serving + min(ahead)) % 65536
 
     def give_back(self) -> None:
-        """Who has the turn has done with it."""
+        """Release the turn."""
         self.serving, self.holder = (self.serving + 1) % 65536, 0
 
     def pass_on(self) -> None:
-        """It is the turn of the first that was seen, or of nobody."""
+        """Give the turn to the first ticket that was seen, or to nobody."""
         self.serving, self.holder, self.orphan = self.lowest, 0, False
 
 
@@ -106,7 +106,7 @@ class InputRules:
     def scan(
         self, now: int, wanted: Mapping[str, bool], connected: bool, interval: int, settling: int
     ) -> None:
-        """One scan with these requests."""
+        """Calculate one scan with these requests."""
         wanted = {name: on and connected for name, on in wanted.items()}
         settled = now - self._safety_at >= settling
         may_change = now - self._changed_at >= interval
@@ -156,7 +156,7 @@ class HandshakeRules:
         channel: Channel,
         interval: int,
     ) -> None:
-        """One scan.
+        """Calculate one scan.
 
         Args:
             now: Time of the scan.
@@ -236,7 +236,7 @@ class HeadRules:
         interval: int,
         margin: int,
     ) -> None:
-        """One scan; `ok` and `holds` are of SI(00) and SI(06)."""
+        """Calculate one scan; `ok` and `holds` belong to SI(00) and SI(06)."""
         spacing = max(interval, 100) + margin
         may = [good and not held for good, held in zip(ok, holds, strict=True)]
         back = self.inputs.applied["SI06_Stop"] and self.inputs.settled
@@ -264,10 +264,13 @@ class HeadRules:
 
     @property
     def bits(self) -> int:
-        """Bytes n + 32 (low) and n + 33: bit 10 is SI(12)."""
+        """Return bytes n + 32 (low) and n + 33 as a word: bit 10 is SI(12)."""
         return bits_of(self.inputs.applied)
 
 
 def bits_of(inputs: Mapping[str, bool]) -> int:
-    """Dedicated inputs as a word: bit 10 is SI(12). Source: manual chapter 5, 2, bit input."""
+    """Return dedicated inputs as a word: bit 10 is SI(12).
+
+    Source: manual chapter 5, 2, bit input.
+    """
     return sum(on << (int(name[2]) * 8 + int(name[3])) for name, on in inputs.items())

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-#: What each module or room imports.
+#: Imports of each module or room.
 Graph = Mapping[str, frozenset[str]]
 
 #: A project that users get a copy of; no part of the package.
@@ -19,7 +19,7 @@ _PRIVATE = re.compile(r"([A-Za-z]\w*\.)*_[A-Za-z]\w*(\.\w+)*")
 
 
 def modules(package: Path) -> dict[str, Path]:
-    """The modules of a package by name; the face of a package is a module of its own."""
+    """Return the modules of a package by name, the package's `__init__` as a module of its own."""
     found = {}
     for file in sorted(package.rglob("*.py")):
         parts = file.relative_to(package.parent).with_suffix("").parts
@@ -39,7 +39,7 @@ def shipped(repository: Path) -> dict[str, Path]:
 
 
 def imports(*packages: Path) -> Graph:
-    """Which modules of the packages each of their modules imports.
+    """Return which modules of the packages each of their modules imports.
 
     `import a.b` and `from a import b` are imports of `a.b`; where `b` is no module, of `a`.
     """
@@ -56,7 +56,7 @@ def imports(*packages: Path) -> Graph:
 
 
 def _named(file: Path, module: str) -> Iterator[str]:
-    """Everything that a file imports, with its full name."""
+    """Return everything that a file imports, with its full name."""
     package = module if file.stem == "__init__" else module.rpartition(".")[0]
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -68,7 +68,7 @@ def _named(file: Path, module: str) -> Iterator[str]:
 
 
 def room_graph(graph: Graph) -> Graph:
-    """The same between the modules and packages at the top of a package.
+    """Return the imports between the modules and packages at the top of a package.
 
     Its face and what starts it (`__init__`, `__main__`) are no rooms: they stand above all.
     """
@@ -82,13 +82,13 @@ def room_graph(graph: Graph) -> Graph:
 
 
 def _room(module: str) -> str:
-    """The room that a module is in; empty for the face of the package and what starts it."""
+    """Return the room of a module; empty for `__init__` and `__main__` of the package."""
     room = module.partition(".")[2].partition(".")[0]
     return "" if room == "__main__" else room
 
 
 def find_cycle(graph: Graph) -> list[str]:
-    """Modules or rooms that import each other in a circle, the first one again at the end."""
+    """Return modules or rooms that import each other in a circle; the first is repeated last."""
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -97,7 +97,7 @@ def find_cycle(graph: Graph) -> list[str]:
 
 
 def floors(graph: Graph) -> int:
-    """How many stand above each other in a graph without circles."""
+    """Return the length of the longest chain of imports in a graph without circles."""
     level: dict[str, int] = {}
     for one in TopologicalSorter(graph).static_order():
         level[one] = 1 + max((level[other] for other in graph.get(one, ())), default=0)
@@ -105,7 +105,7 @@ def floors(graph: Graph) -> int:
 
 
 def private_names(text: str) -> set[str]:
-    """Private names that a module imports, or gives as text to `setattr` and its like.
+    """Return private names that a module imports, or passes as text to `setattr` and the like.
 
     Those behind a dot, as in `thing._name`, are found by ruff (SLF).
     """

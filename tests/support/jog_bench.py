@@ -11,7 +11,7 @@ STOPPED = [0x000C, 0x0190, 0, 0x3039, 0, 0xFF85, 0xFFFF, 0x07D0, 0]
 
 
 def jog_plc() -> PlcBench:
-    """Powered up, ready for a jog."""
+    """Return a powered-up bench that is ready for a jog."""
     plc = PlcBench(program=PROGRAM)
     plc.power_up()
     plc.scan(3)
@@ -38,7 +38,7 @@ def end_by_stop(plc: PlcBench) -> None:
 
 
 def present(plc: PlcBench, what: str, there: bool) -> None:
-    """The link (`Connected`) or CPU_OK is there, or is lost."""
+    """Set or remove the link (`Connected`) or CPU_OK."""
     if what == "Connected":
         plc["Connected"] = there
     else:

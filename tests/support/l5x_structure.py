@@ -71,7 +71,7 @@ _HIDDEN = "ZZZZZZZZZZ"
 
 
 def faults(root: Element) -> list[str]:
-    """What is not as it must be, with the names of the elements around it."""
+    """Return the violations of the structure, with the names of the elements around them."""
     if root.tag != "RSLogix5000Content":
         return [f"the root is {root.tag}, not RSLogix5000Content"]
     return [*_below(root, root.tag)]

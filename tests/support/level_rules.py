@@ -33,7 +33,7 @@ class LevelView(RobotView):
     stop_jog: bool = False
 
     def number(self, axis: int) -> int:
-        """The double word of an axis, from 0, in a response."""
+        """Return the double word of an axis, from 0, in a response."""
         low, high = self.response[3 + 2 * axis : 5 + 2 * axis]
         value = high << 16 | low
         return value - (1 << 32) if value >> 31 else value
@@ -61,11 +61,11 @@ class LevelRule:
     _waits: Since = field(default_factory=Since)
 
     def scan(self, view: LevelView) -> None:
-        """One call."""
+        """Calculate one call."""
         raise NotImplementedError
 
     def _late(self, view: LevelView, waits: bool) -> bool:
-        """Whether it has waited for as long as Timeout said at the start."""
+        """Return whether the block has waited for the Timeout that applied at its start."""
         return self._waits.look(view.now, self._limit > 0 and waits, self._limit)
 
     def _clear(self) -> None:
@@ -88,7 +88,7 @@ class JogRule(LevelRule):
     _recovering: bool = False
 
     def scan(self, view: LevelView) -> None:
-        """One call."""
+        """Calculate one call."""
         job = self.job
         self._clear()
         self._locked = self._locked and self.enable
@@ -169,7 +169,7 @@ class ContinuousRule(LevelRule):
     arms: tuple[int, int] = (0, 0)
 
     def scan(self, view: LevelView) -> None:
-        """One call."""
+        """Calculate one call."""
         job = self.job
         self._clear()
         if self.enable and not self.number and not job.busy:

@@ -46,7 +46,7 @@ class LiveMaster:
             raise
 
     def connect(self, multiplier: int = 5, **options: Any) -> Scanner:
-        """Another scanner for the same adapter, not open yet."""
+        """Return another scanner for the same adapter, not open yet."""
         host, port = self.adapter.address
         size = self.robot.config.size
         return Scanner(host, size, port=port, io_port=0, multiplier=multiplier, **options)
@@ -67,17 +67,17 @@ class LiveMaster:
         raise AssertionError(f"not in {_MOST_CYCLES} cycles; {self.station.report()}")
 
     def on(self, name: str) -> bool:
-        """A dedicated output, as the master receives it."""
+        """Return whether a dedicated output is ON, as the master receives it."""
         area = self.scanner.read().image
         return bool((area[32] | area[33] << 8) & OUTPUTS[name])
 
     def shows(self, name: str) -> bool:
-        """A dedicated output, as the controller shows it to anybody."""
+        """Return whether a dedicated output is ON, as the controller sends it to everybody."""
         area = self.adapter.shared.to_master.read()
         return bool((area[32] | area[33] << 8) & OUTPUTS[name])
 
     def turn(self, name: str, on: bool) -> None:
-        """Change a dedicated input; go on when the controller has had it for the interval."""
+        """Change a dedicated input, and wait until the controller has had it for the interval."""
         mask = INPUTS[name]
         word = self.si[32] | self.si[33] << 8
         self.si[32:34] = (word | mask if on else word & ~mask).to_bytes(2, "little")
@@ -87,7 +87,7 @@ class LiveMaster:
         self.cycle(_INTERVAL_CYCLES)
 
     def pulse(self, name: str) -> None:
-        """ON, then OFF."""
+        """Switch the input ON, then OFF."""
         self.turn(name, True)
         self.turn(name, False)
 
@@ -104,12 +104,12 @@ class LiveMaster:
 
     @property
     def connected(self) -> bool:
-        """The controller has a connection."""
+        """Return whether the controller has a connection."""
         return self.station.report().si != ""
 
     @property
     def alarms(self) -> list[str]:
-        """Numbers of the active alarms."""
+        """Return the numbers of the active alarms."""
         return [alarm.number for alarm in self.robot.alarms.active]
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ from structured_text.engines.matiec.build import find_matiec
 _F = "FUNCTION_BLOCK FB1 {} END_FUNCTION_BLOCK"
 _OWN = "VAR_INPUT X : INT; END_VAR VAR_OUTPUT Y : INT; END_VAR VAR K : INT; END_VAR {} K := X;"
 
-#: By construct: what stands before the program, its variables and its statements.
+#: For each construct: the text before the program, its variables and its statements.
 HABITS: dict[str, tuple[str, str, str]] = {
     "VAR_IN_OUT CONSTANT": (
         _F.format("VAR_IN_OUT CONSTANT X : INT; END_VAR VAR K : INT; END_VAR K := X;"),
@@ -119,7 +119,7 @@ HABITS: dict[str, tuple[str, str, str]] = {
 def iec2c_takes(
     before: str, variables: str, body: str, folder: Path, end: str = "END_PROGRAM"
 ) -> bool:
-    """Does matiec itself translate a program of that?"""
+    """Return whether matiec itself translates such a program."""
     matiec = find_matiec()
     assert matiec is not None
     file = folder / "program.st"

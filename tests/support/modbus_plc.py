@@ -46,7 +46,7 @@ class ModbusPlc:
         self.start()
 
     def start(self) -> None:
-        """Listen."""
+        """Start to listen."""
         self._run(self._start())
 
     def stop(self) -> None:
@@ -55,7 +55,7 @@ class ModbusPlc:
 
     @contextmanager
     def between_scans(self) -> Iterator[dict[int, int]]:
-        """The registers, while no request is served."""
+        """Give access to the registers while no request is served."""
         with self._exchanged:
             yield self.holds
 
@@ -74,7 +74,7 @@ class ModbusPlc:
         self._loop.close()
 
     def __enter__(self) -> ModbusPlc:
-        """It listens."""
+        """Return the PLC, which is listening."""
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -13,19 +13,19 @@ MM, PULSES = 0x8000, 0x4000
 
 
 def mover(**config: Any) -> Master:
-    """A master of a robot with its servos on."""
+    """Return a master of a robot with its servos on."""
     master = Master(**config)
     master.servo_on()
     return master
 
 
 def low_high(*values: int) -> tuple[int, ...]:
-    """Signed 32 bit values as words, the lower one first."""
+    """Return signed 32 bit values as words, the lower word first."""
     return tuple(word for value in values for word in (value & 0xFFFF, value >> 16 & 0xFFFF))
 
 
 def way_of(master: Master, *words: int) -> list[tuple[int, ...]]:
-    """Positions of all axes before a movement and in every cycle of 5 ms until its normal end."""
+    """Return the positions of all axes before a movement and every 5 ms until its normal end."""
     master.send(*words)
     seen = [tuple(master.robot.positions)]
     while master.status not in (NORMAL, ABNORMAL):

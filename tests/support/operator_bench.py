@@ -47,7 +47,7 @@ class OperatorBench(PlcBench):
             self._play()
 
     def scan_once(self) -> None:
-        """One scan in which the test itself answers."""
+        """Run one scan in which the test itself answers."""
         super().scan()
 
     def _play(self) -> None:
@@ -66,7 +66,7 @@ class OperatorBench(PlcBench):
 
     @property
     def codes(self) -> list[int]:
-        """The codes of `sent`."""
+        """Return the codes of `sent`."""
         return [words[0] for words in self.sent]
 
     def set(self, *, scans: int = 0, **members: Any) -> None:
@@ -81,7 +81,7 @@ class OperatorBench(PlcBench):
         self.scan(scans)
 
     def press(self, *names: str, scans: int = 1, then: int = 0) -> None:
-        """Press keys for so many scans and release them for one scan; `then` run more scans."""
+        """Press keys for `scans` scans, release them for one scan, and run `then` more scans."""
         for name in names:
             self.key(name)
         self.scan(scans)
@@ -90,11 +90,11 @@ class OperatorBench(PlcBench):
         self.scan(1 + then)
 
     def can(self, *names: str) -> list[bool]:
-        """What the panel shows as possible."""
+        """Return which of these keys the panel shows as possible."""
         return [bool(self[f"Panel.Can.{name}"]) for name in names]
 
     def lamps(self) -> list[str]:
-        """The lamps that are ON."""
+        """Return the lamps that are ON."""
         names: Sequence[str] = (
             *("Connected", "EmergencyStop", "Alarm", "Warning", "ServoOn", "AutoMode", "Origin"),
             *("Running", "Stopped", "Moving", "Busy", "Taught", "Fault"),
@@ -103,7 +103,7 @@ class OperatorBench(PlcBench):
 
     @property
     def message(self) -> int:
-        """The number of the message."""
+        """Return the number of the message."""
         number = self["Panel.MessageID"]
         assert isinstance(number, int)
         return number

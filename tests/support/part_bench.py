@@ -17,7 +17,7 @@ _MOVE, _BIT, _PORT, _READ = 0x001, 0x301, 0x300, 0x304
 _FINGERS = 0x0040  # DI4()
 _CLOSES, _OPENS = 20, 21
 
-#: What is done to a command, by the scan of its execution: see `PartBench.fault`.
+#: Fault of a command, by the scan of its execution: see `PartBench.fault`.
 Fault = str
 
 
@@ -72,7 +72,7 @@ class PartBench:
 
     @property
     def sent(self) -> int:
-        """Commands that have come to the controller, but for those that read."""
+        """Return the commands that have come to the controller, without those that read."""
         return self._sent
 
     def __getitem__(self, path: str) -> Any:
@@ -83,7 +83,7 @@ class PartBench:
 
     @property
     def end(self) -> tuple[str, int, bool]:
-        """Done, Busy or Error, ErrorID and Holds of the block."""
+        """Return Done, Busy or Error, ErrorID and Holds of the block."""
         shown = " ".join(name for name in ("Done", "Busy", "Error") if self[f"Pick.{name}"])
         return shown, int(self["Pick.ErrorID"]), bool(self["Pick.Holds"])
 
@@ -126,15 +126,15 @@ class PartBench:
         self["Other.Execute"] = True
 
     def moved_by_hand(self) -> None:
-        """Somebody moves the robot away with the programming box."""
+        """Move the robot away with the programming box."""
         self.place = AWAY
 
     def taken_out(self) -> None:
-        """Somebody takes the part out of the hand."""
+        """Take the part out of the hand."""
         self.held = False
 
     def power_cycle(self) -> None:
-        """The controller is switched off and on."""
+        """Switch the controller off and on."""
         self.powered = False
         self._on = set()
         self._hand()
@@ -149,7 +149,7 @@ class PartBench:
         self.scan(40)
 
     def link_loss(self) -> None:
-        """The link is lost for a while; a command that is out is given up."""
+        """Lose the link for five scans; the command that was sent is abandoned."""
         self["Connected"] = False
         self.plc.answer(0)
         self.scan(5)

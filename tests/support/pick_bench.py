@@ -43,7 +43,7 @@ class PickBench(PlcBench):
             self[f"Pick.{name.replace('__', '.')}"] = value
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; what has come is answered in the next one."""
+        """Run scans; a command is answered in the scan after it."""
         for _ in range(count):
             super().scan()
             if self.words[0] and not self._busy:
@@ -73,7 +73,7 @@ class PickBench(PlcBench):
         self.answer(0x0200, [0, words[2], pattern] if words[0] == _DI else [])
 
     def start(self) -> None:
-        """A rising edge of Execute."""
+        """Give Execute a rising edge."""
         self["Pick.Execute"] = False
         self.scan(2)
         self["Pick.Execute"] = True
@@ -95,7 +95,7 @@ class PickBench(PlcBench):
 
     @property
     def end(self) -> tuple[str, int, str, bool]:
-        """Done or Error, ErrorID, Stage, Holds."""
+        """Return Done or Error, ErrorID, Stage, Holds."""
         shown = " ".join(name for name in ("Done", "Busy", "Error") if self[f"Pick.{name}"])
         stage = str(self["Pick.Stage"])
         return shown, int(self["Pick.ErrorID"]), stage, bool(self["Pick.Holds"])
@@ -107,7 +107,7 @@ def picking(engine: str = "auto", **pins: Any) -> PickBench:
 
 
 def _port(word: int) -> int:
-    """Tens in bits 8 to 11, units in bits 4 to 7."""
+    """Return the bits of a port number: tens in bits 8 to 11, units in bits 4 to 7."""
     return 10 * (word >> 8 & 15) + (word >> 4 & 15)
 
 

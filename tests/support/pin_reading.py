@@ -19,7 +19,7 @@ from structured_text.engines.base import Value
 from structured_text.output.toml_files import load_toml
 
 Given = Mapping[str, Value]
-_HOWS = ("number", "bit", "pattern", "bcd", "bool", "text", "real", "rotation")
+_FORMS = ("number", "bit", "pattern", "bcd", "bool", "text", "real", "rotation")
 _SCALE = re.compile(r"x(1|100|1000)")
 
 
@@ -48,18 +48,18 @@ class PinRow:
 
     @property
     def members(self) -> tuple[Member, ...]:
-        """Of its enumeration; none where it has another type."""
+        """Return the members of the pin's enumeration; none if it has another type."""
         return every_enumeration().get(self.how, ())
 
     @property
     def scale(self) -> int:
-        """The factor of a REAL, or 0."""
+        """Return the factor of a REAL, or 0."""
         found = _SCALE.fullmatch(self.how)
         return int(found[1]) if found else 0
 
     @property
     def initial(self) -> Value:
-        """The default as a value."""
+        """Return the default as a value."""
         text = self.default
         value: Value = text
         if self.how == "text":
@@ -74,7 +74,7 @@ class PinRow:
         return value if flags or len(self.places) == 1 else [value] * len(self.places)
 
     def counts(self, given: Given, words: Sequence[int] = ()) -> bool:
-        """Whether its condition holds, with these pins and this answer."""
+        """Return whether the pin's condition holds with these pins and this answer."""
         if self.where is None:
             return True
         name, wanted = self.where
@@ -101,7 +101,7 @@ class PinRow:
             part.write(words, number - (1 << part.width) * (number > part.limits[1]))
 
     def shown(self, words: Sequence[int]) -> Value:
-        """The value that an output has with this answer."""
+        """Return the value of an output for this answer."""
         numbers = [part.read(words) for part in self.places]
         if self.how == "text":
             return bytes(numbers).decode("ascii").rstrip("\0 ")
@@ -159,12 +159,12 @@ class Pins:
 
     @property
     def defaults(self) -> dict[str, str]:
-        """Of all inputs, as written in ST; the one that chooses the command among them."""
+        """Return the defaults of all inputs as written in ST, including the selector's."""
         chosen = {self.select[0]: self.select[1]} if self.select[0] else {}
         return chosen | {entry.pin: entry.default for entry in self.inputs}
 
     def given(self, **pins: Value) -> dict[str, Value]:
-        """A value for every input: these, else what goes with them, the base or the default."""
+        """Return a value for every input: as given, else from the base, else the default."""
         chosen: dict[str, Value] = {self.select[0]: self.select[1]} if self.select[0] else {}
         for entry in self.inputs:
             chosen[entry.pin] = self.base.get(entry.pin, entry.initial)
@@ -173,7 +173,7 @@ class Pins:
 
     @property
     def enumerated(self) -> Iterator[tuple[str, str]]:
-        """Every pin and member of an enumeration or a BOOL, the choice of the command first."""
+        """Return every pin with each of its members or BOOL values; the selector comes first."""
         yield from ((self.select[0], member) for member in self.codes if member)
         for entry in self.inputs:
             names = [one.name for one in entry.members]
@@ -182,12 +182,12 @@ class Pins:
             )
 
     def code(self, given: Given) -> int:
-        """Word n, without the robot."""
+        """Return word n, without the robot."""
         chosen = self.select[0]
         return self.codes[str(given[chosen]) if chosen else ""]
 
     def telegram(self, given: Given, robot: int = 0) -> list[int]:
-        """The 16 words, with a value for every input."""
+        """Return the 16 words, with a value for every input."""
         words = [0] * WORDS
         for part in self.fixed:
             part.write(words, 1)
@@ -199,28 +199,28 @@ class Pins:
 
 
 def hexadecimal(words: Sequence[int]) -> str:
-    """Words as `n=16#1001 n+6=16#0064`; those that are 0 are left out."""
+    """Return words as `n=16#1001 n+6=16#0064`; words of 0 are left out."""
     shown = (f"n+{2 * k}=16#{word:04X}" for k, word in enumerate(words) if word)
     return " ".join(shown).replace("n+0", "n", 1) or "all 0"
 
 
 @cache
 def refused_with(pin: str) -> int:
-    """The ErrorID of a command block where the value of an input is illegal."""
+    """Return the ErrorID of a command block for an illegal value at this input."""
     pins = load_toml(FOLDER / "pins/texts.toml")["pins"]
     return next((int(number, 16) for number, names in pins.items() if pin in names), 0x8045)
 
 
 @cache
 def every_enumeration() -> Mapping[str, tuple[Member, ...]]:
-    """Members by the name of their type."""
+    """Return the members by the name of their type."""
     tables = load_toml(FOLDER / "pins/members.toml")
     return {name: tuple(map(_member, one["members"])) for name, one in tables.items()}
 
 
 @cache
 def every_block() -> Mapping[str, Pins]:
-    """The blocks by name."""
+    """Return the blocks by name."""
     tables = load_toml(FOLDER / "pins/blocks.toml")
     return {name: _block(name, tables, **one) for name, one in tables["block"].items()}
 
@@ -267,7 +267,7 @@ def _output(text: str) -> PinRow:
 
 def _row(text: str, name: str, default: str, parts: Sequence[str]) -> PinRow:
     where, how, *extra = parts
-    known = how in _HOWS or how in every_enumeration() or _SCALE.fullmatch(how)
+    known = how in _FORMS or how in every_enumeration() or _SCALE.fullmatch(how)
     if not known or len(extra) > 1:
         raise ValueError(f"not a row: {text!r}")
     places = tuple(part for one in where.split(" / ") for part in place(one))

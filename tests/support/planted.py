@@ -51,6 +51,6 @@ def planted(folder: Path, fault: Fault | None = None, home: Path = PLANTED) -> P
 
 
 def found_by(fault: Fault, told: Sequence[str]) -> bool:
-    """Is there a failure of the property that a fault breaks?"""
+    """Return whether there is a failure of the property that the fault breaks."""
     kinds = (fault.breaks, f"always {fault.breaks}")
     return any(one.startswith(tuple(f"{kind} at " for kind in kinds)) for one in told)

@@ -97,7 +97,7 @@ class PlcBench:
     def scan_until(
         self, condition: Callable[[], bool], *, most: int = 100, execute: str = ""
     ) -> int:
-        """Raise Execute of a block, if one is named, and scan until the condition holds.
+        """Raise Execute of the block, if a name is given, and scan until the condition holds.
 
         Returns:
             How many scans it took.
@@ -150,18 +150,18 @@ class PlcBench:
 
     @property
     def image(self) -> bytes:
-        """The whole output image."""
+        """Return the whole output image."""
         return self.program.read_bytes("Main.OutputArea")
 
     @property
     def words(self) -> list[int]:
-        """SIW(0) to SIW(15) as written: code and data."""
+        """Return SIW(0) to SIW(15) as written: code and data."""
         area = self.image[self.n : self.n + 32]
         return [int.from_bytes(area[2 * k : 2 * k + 2], "little") for k in range(16)]
 
     @property
     def inputs(self) -> list[str]:
-        """The dedicated inputs that are ON as written, such as `["SI00", "SI06"]`."""
+        """Return the dedicated inputs that are ON as written, such as `["SI00", "SI06"]`."""
         return [
             f"SI{byte}{bit}"
             for byte in (0, 1)
@@ -170,6 +170,6 @@ class PlcBench:
         ]
 
     def power_up(self) -> None:
-        """Controller in its normal state, AUTO, SI(00) and SI(06) ON and settled."""
+        """Power up: normal state, AUTO, SI(00) and SI(06) ON and settled."""
         self.outputs(SO01=True, SO04=True, SO10=True)
         self.scan_until(lambda: bool(self["Robot.Settled"]))

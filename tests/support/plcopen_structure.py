@@ -51,7 +51,7 @@ _CHILDREN: dict[str, tuple[str, str]] = {
 
 
 def local(element: ET.Element) -> str:
-    """An element's name without its namespace; `xhtml` for any of XHTML's."""
+    """Return an element's name without its namespace; `xhtml` for any element of XHTML."""
     space, _, name = element.tag.rpartition("}")
     return "xhtml" if space == f"{{{XHTML}" else name
 

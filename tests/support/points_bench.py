@@ -38,7 +38,7 @@ class PointsBench(PlcBench):
         self._start = self.program.snapshot(), self.now_us, bytes(self.so), self._judge.snapshot()
 
     def restart(self) -> None:
-        """Go back to the start; the controller has nothing."""
+        """Go back to the start; the controller has no points."""
         snapshot, self.now_us, so, judged = self._start
         self.program.restore(snapshot)
         self._judge.restore(judged)  # type: ignore[arg-type]
@@ -46,7 +46,7 @@ class PointsBench(PlcBench):
         self.stored, self.sent, self.refuses, self.silent = {}, [], {}, False
 
     def scan(self, count: int = 1) -> None:
-        """Scans with the controller's answers."""
+        """Run scans with the controller's answers."""
         for _ in range(count):
             super().scan()
             self._step()
@@ -73,13 +73,13 @@ class PointsBench(PlcBench):
             return _ABNORMAL, ABSENT.get(code & 0xFFF, (6, 255))
         flag, *rest = self.stored[definition, number]
         if code & 0xFFF == 0x101:
-            rest[0] = flag  # the point flag stands at m+6, not at n+2
+            rest[0] = flag  # the point flag is at m+6, not at n+2
         elif code & 0xFFF == 0x111:
             rest[0] = code >> 12 or 1
         return _NORMAL, (0, number, *rest)
 
     def run(self, block: str, most: int = 800, **inputs: Any) -> int:
-        """A rising edge with these inputs, to the end; the ErrorID. Execute falls."""
+        """Start a block with these inputs, run it to its end, and return the ErrorID."""
         for name, value in inputs.items():
             self[f"{block}.{name}"] = value
         self[f"{block}.Execute"] = True
@@ -94,14 +94,14 @@ class PointsBench(PlcBench):
         return error
 
     def row(self, number: int) -> tuple[bool, int, list[int]]:
-        """Row of the array: Defined, Flag, Values."""
+        """Return a row of the array: Defined, Flag, Values."""
         point = self[f"Rows[{number}]"]
         assert isinstance(point, dict)
         return point["Defined"], point["Flag"], list(point["Values"])
 
     @property
     def codes(self) -> list[int]:
-        """Codes of the telegrams that came."""
+        """Return the codes of the telegrams that came."""
         return [words[0] for words in self.sent]
 
 
@@ -111,14 +111,14 @@ def _made(engine: str) -> PointsBench:
 
 
 def points_bench(engine: str) -> PointsBench:
-    """The bench at its start."""
+    """Return the bench at its start."""
     made = _made(engine)
     made.restart()
     return made
 
 
 def record(plc: PointsBench, first: int = 10, count: int = 4, missing: int = -1) -> None:
-    """Read points `first` on, whose axis 1 is their number, and let the controller forget them."""
+    """Back up points from `first`, whose axis 1 is their number; clear the controller's."""
     for number in range(first, first + count):
         if number != missing:
             plc.stored[0x100, number] = [1, 0, number, 0, *[0] * 10]

@@ -39,7 +39,7 @@ class StationLine(NetworkLine):
 
     @property
     def sent(self) -> int:
-        """Packets, one every `packet_us`."""
+        """Return the number of packets sent: one every `packet_us`."""
         return self.now_us // self.packet_us
 
     def open(self, first: bytes) -> None:
@@ -51,16 +51,16 @@ class StationLine(NetworkLine):
         self._open, self._silent_us = True, None
 
     def drop(self) -> None:
-        """Fall silent."""
+        """Stop sending."""
         self._open, self._silent_us = False, self.now_us
 
     def write(self, area: bytes, *, run: bool = True) -> None:
-        """What the master sends."""
+        """Send an area to the controller, as a master does."""
         self._images.to_robot.write(area)
         self._become(OwnerState.RUN if run else OwnerState.IDLE)
 
     def read(self) -> bytes:
-        """What the controller sent last."""
+        """Return the area that the controller sent last."""
         if self.lost_after_us is not None and self.now_us >= self.lost_after_us:
             raise LostError("no packets come any more")
         return self._images.to_master.read()
@@ -77,7 +77,7 @@ class StationLine(NetworkLine):
             self.now_us += CYCLE_US
 
     def close(self) -> None:
-        """Zeros, then the end."""
+        """Send zeros, then close the connection."""
         self.sent_last = self._images.to_robot.read()
         if self._open:
             self._images.to_robot.write(bytes(self.size))
@@ -90,17 +90,17 @@ class StationLine(NetworkLine):
             self._images.become(owner)
 
     def read_inputs(self) -> bytes:
-        """What the controller was sent last."""
+        """Return the area that the controller received last."""
         return self._images.to_robot.read()
 
     def happen(self, text: str, event: str) -> bool:
-        """The person at the cell."""
+        """Do what the person at the cell is asked to do."""
         self._station.happen(event)
         return True
 
 
 def question(name: str) -> Question:
-    """One of all questions."""
+    """Return the question with this id."""
     return next(one for one in questions() if one.id == name)
 
 

@@ -18,21 +18,21 @@ SECOND = RobotProgram("SECOND", steps=("SO(32)=1", "WAIT SI(21)=1", "SO(33)=1"),
 
 
 def program_master(*programs: RobotProgram, **config: Any) -> Master:
-    """A master, with SI(00) and SI(06) ON and these programs, else FIRST and SECOND."""
+    """Return a master with SI(00) and SI(06) ON and these programs, or FIRST and SECOND."""
     master = Master(programs=programs or (FIRST, SECOND), **config)
     master.power_up()
     return master
 
 
 def registered_master(task: int = 3, **config: Any) -> Master:
-    """Return a master with FIRST in task 1 and SECOND in another one."""
+    """Return a master with FIRST in task 1 and SECOND in another task."""
     master = program_master(**config)
     master.execute(*telegram(REGISTER, NUMBER, program=2, task=task, priority=32))
     return master
 
 
 def text_words(text: str) -> tuple[int, ...]:
-    """16 characters in n+12 to n+26, filled with spaces."""
+    """Return 16 characters in n+12 to n+26, filled with spaces."""
     raw = text.encode().ljust(16)
     return tuple(raw[k] | raw[k + 1] << 8 for k in range(0, 16, 2))
 
@@ -40,23 +40,23 @@ def text_words(text: str) -> tuple[int, ...]:
 def telegram(
     code: int, method: int, *, program: int = 0, task: int = 0, priority: int = 0, name: str = ""
 ) -> tuple[int, ...]:
-    """A command of category 5."""
+    """Return the words of a command of category 5."""
     words = (code, method, program, task, priority, 0)
     return (*words, *text_words(name)) if name else words
 
 
 def states(master: Master) -> list[int]:
-    """States of tasks 1 to 8."""
+    """Return the states of tasks 1 to 8."""
     return list(master.execute(STATES)[2:10])
 
 
 def lines(master: Master) -> list[int]:
-    """Lines of tasks 1 to 8."""
+    """Return the lines of tasks 1 to 8."""
     return list(master.execute(LINES)[2:10])
 
 
 def info(master: Master, program: int) -> tuple[int, int, int, int]:
-    """Program, task, line and priority, as the program execution information tells them."""
+    """Return program, task, line and priority from the program execution information."""
     answer = master.execute(*telegram(INFO, NUMBER, program=program))
     assert answer[0] == 0x0200
     return answer[2], answer[3], answer[4], answer[5]

@@ -17,7 +17,7 @@ _LIBRARY = sorted((_ROOT / "plc/lib").rglob("*.st"))
 
 
 def library(folder: Path, *blocks: str, bug: str = "", bugs: str = "") -> Library:
-    """These blocks with all that they use, and with a seeded bug of `proof_bugs/BUGS.toml`."""
+    """Return these blocks with all that they use, and seeded bugs of `proof_bugs/BUGS.toml`."""
     own = [file for file in _LIBRARY if file.stem in blocks]
     for file in {*own, *needed(own, _LIBRARY)}:
         copy = folder / file.relative_to(_ROOT / "plc/lib")
@@ -39,5 +39,5 @@ def _change(bugs: str, name: str) -> dict[str, Any]:
 
 
 def statuses(item: Property, of: Library, part: str) -> set[str]:
-    """What the solver says of the goals of a part."""
+    """Return the solver's verdicts for the goals of a part."""
     return {ask(goal.assumed, goal.claim, 20.0).status for goal in item.goals(of, part)}

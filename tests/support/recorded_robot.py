@@ -37,7 +37,7 @@ class RecordedMaster(Master):
         self.robot.inject(event, **args)
 
     def ask(self, name: str, robot: int = 0, within_ms: float = 4000, **fields: FieldValue) -> None:
-        """One remote command, from the code to the ready status."""
+        """Send one remote command, and wait until the controller is ready again."""
         self.send(*_words(name, robot, **fields))
         self.wait_for_end(within_ms)
 
@@ -51,7 +51,7 @@ class RecordedMaster(Master):
         self.run(60)
 
     def recording(self) -> Recording:
-        """What was noted."""
+        """Return the recording of all cycles."""
         return of_cycles(self.cycles, every=True)
 
 
@@ -71,7 +71,7 @@ def short_run(master: RecordedMaster) -> None:
 
 
 def busy_run(master: RecordedMaster) -> None:
-    """`short_run`, then servo ON, program and commands where they must not have an effect."""
+    """Run `short_run`, then servo ON, a program and commands at times when they have no effect."""
     short_run(master)
     master.turn_and_wait("SI00", False)
     master.pulse("SI01", 120)
@@ -93,7 +93,7 @@ def busy_run(master: RecordedMaster) -> None:
 
 
 def exercised(master: RecordedMaster) -> None:
-    """All that follows, in turn."""
+    """Run all exercises of this module in turn."""
     master.run(400)
     _signals(master)
     _references(master)
@@ -107,7 +107,7 @@ def exercised(master: RecordedMaster) -> None:
 
 
 def _up(master: RecordedMaster) -> None:
-    """SI(00) and SI(06) ON, alarms reset, servos ON."""
+    """Switch SI(00) and SI(06) ON, reset alarms, and switch the servos ON."""
     for name in ("SI00", "SI06"):
         if not master.si[32] & {"SI00": 1, "SI06": 64}[name]:
             master.turn_and_wait(name, True)
@@ -204,7 +204,7 @@ def _data(master: RecordedMaster) -> None:
 
 
 def _handshake(master: RecordedMaster) -> None:
-    """Commands that are changed, early or late, as no PLC should send them."""
+    """Send commands that are changed, early or late, as no PLC should send them."""
     for words in ((0x0506,), (0x0501, 0, 0, 9)):
         master.send(0x0501)
         master.run(5)
@@ -286,7 +286,7 @@ def _programs(master: RecordedMaster) -> None:
 
 
 def _person(master: RecordedMaster) -> None:
-    """What takes a hand at the cell."""
+    """Do what needs a person at the cell."""
     _up(master)
     master.pulse("SI12", 120)
     master.happen("manual_mode")
@@ -365,7 +365,7 @@ def _power(master: RecordedMaster) -> None:
 
 
 def _words(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
-    """A telegram, also one that the manual forbids."""
+    """Return the words of a command; values that the manual forbids are possible."""
     entry = command(name)
     words = [0] * 16
     for part in entry.request:
@@ -375,7 +375,7 @@ def _words(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
 
 
 def noted(values: Mapping[str, Any], seed: int = 0) -> RecordedMaster:
-    """A controller with these keys, exercised."""
+    """Return the master of a controller with these values, after the exercises."""
     master = RecordedMaster(seed, **values)
     exercised(master)
     return master

@@ -40,7 +40,7 @@ class Recorder:
         self.scan(scans)
 
     def rows(self) -> list[Row]:
-        """Kind, Number and Result of the rows, without empty ones at the end."""
+        """Return Kind, Number and Result of the rows, without empty rows at the end."""
         rows = [short(row) for row in self["Rows"]]
         while rows and rows[-1] == _NOTHING:
             rows.pop()
@@ -53,7 +53,7 @@ class Recorder:
             self.scan()
 
     def command(self, status: int, code: int = 0x1001, **fields: Any) -> None:
-        """A remote command is out for three scans and ends with this status."""
+        """Show a remote command that runs for three scans and ends with this status."""
         self["Robot.Inner.Code"] = code
         self["Robot.Inner.Phase"] = "PHASE_COMMAND_DATA"
         self.scan()
@@ -75,12 +75,12 @@ def _alone() -> Alone:
 
 
 def short(entry: Mapping[str, Any]) -> Row:
-    """Kind, Number and Result of an entry."""
+    """Return Kind, Number and Result of an entry."""
     return entry["Kind"], entry["Number"], entry["Result"]
 
 
 def connected() -> Recorder:
-    """Connected, CPU_OK, and the log begins after that: one row, SO(01)."""
+    """Return a recorder after Connected and CPU_OK, with one row in its log: SO(01)."""
     block = Recorder()
     block["Robot.Connected"] = True
     block["Robot.SO.SO01_CpuOk"] = True

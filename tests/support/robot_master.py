@@ -14,7 +14,7 @@ NORMAL_END = (0x0200,) + (0,) * 15
 
 
 def abnormal_end(number: str) -> tuple[int, ...]:
-    """Words m to m+30 of an end with that alarm (`"12.600"`)."""
+    """Return words m to m+30 of an end with this alarm (`"12.600"`)."""
     group, category = number.split(".")
     return (0x4000, int(group), int(category)) + (0,) * 13
 
@@ -53,12 +53,12 @@ class Master:
         self.run(ms)
 
     def pulse(self, name: str, ms: float = 150) -> None:
-        """ON, then OFF, each for `ms`."""
+        """Switch an input ON, then OFF, each for `ms`."""
         self.turn_and_wait(name, True, ms)
         self.turn_and_wait(name, False, ms)
 
     def drop(self, name: str, ms: float = 150) -> None:
-        """OFF, then ON again, each for `ms`."""
+        """Switch an input OFF, then ON again, each for `ms`."""
         self.turn_and_wait(name, False, ms)
         self.turn_and_wait(name, True, ms)
 
@@ -68,21 +68,21 @@ class Master:
         self.run(10)
 
     def on(self, name: str) -> bool:
-        """A dedicated output."""
+        """Return whether a dedicated output is ON."""
         return bool((self.so[32] | self.so[33] << 8) & OUTPUTS[name])
 
     def send(self, *words: int) -> None:
-        """Words n, n+2 ...; the rest of n to n+30 becomes 0."""
+        """Set words n, n+2 and so on; the rest of n to n+30 becomes 0."""
         struct.pack_into("<16H", self.si, 0, *(words + (0,) * (16 - len(words))))
 
     @property
     def words(self) -> tuple[int, ...]:
-        """Words m to m+30."""
+        """Return words m to m+30."""
         return struct.unpack_from("<16H", self.so)
 
     @property
     def status(self) -> int:
-        """Word m."""
+        """Return word m."""
         return self.words[0]
 
     def finish(self, within_ms: float = 5000) -> tuple[int, ...]:
@@ -103,7 +103,7 @@ class Master:
         return answer
 
     def power_up(self) -> None:
-        """SI(00) and SI(06) ON, the controller booted, no alarm."""
+        """Power up: SI(00) and SI(06) ON, the controller booted, no alarm."""
         self.run(300)
         self.turn_and_wait("SI00", True)
         self.turn_and_wait("SI06", True)
@@ -115,12 +115,12 @@ class Master:
         assert self.on("SO02")
 
     def texts(self) -> list[str]:
-        """New violations as `rule: text`."""
+        """Return new violations as `rule: text`."""
         return [f"{found.rule}: {found.text}" for found in self.robot.drain_violations()]
 
 
 def powered_up(**config: Any) -> Master:
-    """The master of a robot with these properties, after `power_up`."""
+    """Return the master of a robot with these properties, after `power_up`."""
     master = Master(**config)
     master.power_up()
     return master

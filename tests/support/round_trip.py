@@ -66,7 +66,7 @@ def _start() -> tuple[Master, object]:
 
 
 def run_trip(trip: Trip) -> object:
-    """What is found at the end of the steps; from the same state each time."""
+    """Run the steps of a trip from the same initial state, and return what it reads at the end."""
     master, snapshot = _start()
     master.robot.restore(snapshot)
     shown: Words = ()
@@ -83,17 +83,17 @@ def run_trip(trip: Trip) -> object:
 
 
 def answer(*words: int) -> Words:
-    """M and m+2 of a normal end, and the words from m+4 on."""
+    """Return m and m+2 of a normal end, and the words from m+4 on."""
     return (0x0200, 0, *words) + (0,) * (14 - len(words))
 
 
 def at(*positions: int) -> Words:
-    """A current position."""
+    """Return the answer with a current position."""
     return answer(0, 0, *long_words(*positions))
 
 
 def at_mm(*positions: int) -> Words:
-    """A current position in 0.001 mm; bit 0 of m+6 is as in the printed example."""
+    """Return the answer with a position in 0.001 mm; bit 0 of m+6 is as in the printed example."""
     return answer(0, 1, *long_words(*positions))
 
 
@@ -102,7 +102,7 @@ def point_is(number: int, flags: int, *data: int) -> Words:
 
 
 def states_are(*states: int) -> Words:
-    """Servo, origin: axes 5 and 6 are not there."""
+    """Return the answer with states of servo or origin; axes 5 and 6 do not exist."""
     return answer(*states, 9, 9)
 
 

@@ -38,23 +38,23 @@ def _serious(master: Master) -> bool:
 
 
 def _ways(master: Master) -> list[bool]:
-    """Which axes have an accumulated moving distance."""
+    """Return which axes have an accumulated moving distance."""
     return [way > 0 for way in master.robot.machine.data.accumulated.distances]
 
 
 def _counts(master: Master) -> tuple[int, int]:
-    """How often power and motor power were switched ON."""
+    """Return how often power and motor power were switched ON."""
     data = master.robot.machine.data.accumulated
     return data.power_on_count, data.motor_power_on_count
 
 
 def _real_time(master: Master) -> int:
-    """SOW(24)."""
+    """Return SOW(24)."""
     return int.from_bytes(master.so[48:50], "little")
 
 
 def _stored() -> list[Trip]:
-    """Definition and reference, parameters, points and their elements (4.3 to 4.4)."""
+    """Return the trips of definition and reference, parameters, points, elements (4.3 to 4.4)."""
     trips: list[Trip] = []
     for number, unit in ((5, 0), (6, 1)):
         data = (100 * number, -7, 2**31 - 1, -(2**31), unit, -1)
@@ -102,7 +102,7 @@ def _stored() -> list[Trip]:
 
 
 def _variables() -> list[Trip]:
-    """Assignment and arithmetic: SGI1 is 12 before (4.4.1)."""
+    """Return the trips of assignment and arithmetic; SGI1 is 12 before (4.4.1)."""
     results = {
         0x200: {3: 3, 4: 4},
         0x204: {3: 15, 4: 16},
@@ -125,7 +125,7 @@ def _variables() -> list[Trip]:
 
 
 def _programs_and_ports() -> list[Trip]:
-    """I/O ports and program operation (4.5, 4.6, 4.7.5, 4.7.6)."""
+    """Return the trips of I/O ports and program operation (4.5, 4.6, 4.7.5, 4.7.6)."""
     trips: list[Trip] = []
     for port, pattern in ((0x1020, 0xA5), (0x6120, 0x07)):
         steps: tuple[Step, ...] = ((0x300, 0, port | 0x0100, pattern), (0x304, 0, port | 0x0100))
@@ -157,7 +157,7 @@ def _programs_and_ports() -> list[Trip]:
 
 
 def _data() -> list[Trip]:
-    """Data handling, utility and real time output (4.7 to 4.9)."""
+    """Return the trips of data handling, utility and real time output (4.7 to 4.9)."""
     slots = answer(0x0401, 0x0100)
     steps: tuple[Step, ...]
     trips: list[Trip] = [

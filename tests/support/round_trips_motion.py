@@ -48,13 +48,13 @@ def _forget_origins(master: Master) -> None:
 
 
 def _way_of_axis_1(master: Master) -> int:
-    """-1, 0 or 1."""
+    """Return the direction in which axis 1 has moved: -1, 0 or 1."""
     place = master.robot.positions[0]
     return (place > 0) - (place < 0)
 
 
 def _moves() -> list[Trip]:
-    """Movements, read back as current position."""
+    """Return the trips of movements, read back as current position."""
     trips: list[Trip] = []
     for point, place in ((1, FIRST), (2, SECOND)):
         by_point: dict[int, Step] = {
@@ -68,7 +68,7 @@ def _moves() -> list[Trip]:
         to_point = [(code, 1, 4, 0, point) for code in (0x010, 0x014)]
         direct = [(code, 1, 4, 0, place[2]) for code in (0x012, 0x013, 0x016, 0x017)]
         trips += [Trip(one[0], (one, PULSES), at(0, 0, place[2])) for one in to_point + direct]
-    for target, stops in ((700, 700), (3000, 2000)):  # the workpiece of axis 3 stands at 2000
+    for target, stops in ((700, 700), (3000, 2000)):  # the workpiece of axis 3 is at 2000
         points = {700: 2, 3000: 1}
         push_time = (0, 0, 0, 0, 20)  # [ms], n+18
         for code, data in ((0x04B, points[target]), (0x04C, target), (0x04D, target)):
@@ -87,7 +87,7 @@ def _moves() -> list[Trip]:
 
 
 def _axes() -> list[Trip]:
-    """What concerns axes and servos, speeds and designations (4.2.8 to 4.2.22)."""
+    """Return the trips for axes and servos, speeds and designations (4.2.8 to 4.2.22)."""
     trips: list[Trip] = [
         *(
             Trip(code, ((0x027, 0, amount), (0x514,)), answer(amount))

@@ -22,7 +22,7 @@ ON_BOTH = pytest.mark.parametrize("engine", ENGINES)
 
 @cache
 def scara(name: str, engine: str) -> Alone:
-    """The block alone, kept for all tests."""
+    """Return the block alone, made once for all tests."""
     return Alone(f"FB_Scara{name}", {}, engine)
 
 
@@ -36,7 +36,7 @@ def with_arm(block: Alone, arm: Mapping[str, Any]) -> None:
 def forward(
     joints: Sequence[float], engine: str = "auto", **arm: Any
 ) -> tuple[list[float], str, int]:
-    """Position, hand system and ErrorID."""
+    """Return position, hand system and ErrorID."""
     block = scara("Forward", engine)
     with_arm(block, arm)
     pulses = [round(UNIT * joint) for joint in joints]
@@ -50,7 +50,7 @@ def forward(
 def inverse(
     position: Sequence[float], hand: str, engine: str = "auto", **arm: Any
 ) -> tuple[list[float], int]:
-    """Joints in degrees and mm, and ErrorID."""
+    """Return joints in degrees and mm, and ErrorID."""
     block = scara("Inverse", engine)
     with_arm(block, arm)
     block["Block.PositionMm"] = [*position, *[0.0] * (6 - len(position))]

@@ -27,13 +27,13 @@ from structured_text.projects.needed import needed
 
 #: Angle of axis 2 from stretched and from folded below which its pulses are not compared [deg].
 _NEAR = 20.0
-#: What rounding to 0.001 mm moves no axis by there; whole turns are far more [pulse].
+#: More than rounding to 0.001 mm can move an axis, and far less than a whole turn [pulse].
 _SAME = 1000
 _MOST_HAND, _MOST_SHIFT = 300, 500
-#: Of the shift and of the R axis, beyond what they may be without; and of the zeros [pulse].
+#: Additional tolerance for a shift and for a hand on the R axis; and for zeros [pulse].
 _MOST_TURNS, _MOST_ZERO = 10, 900_000_000
 
-#: What the heads of the blocks say: mm, degrees, pulses; mm.
+#: Tolerances in the heads of the blocks: mm, degrees, pulses; mm.
 LIMITS = {"place": 0.002, "turn": 0.001, "pulses": 2.0, "back": 0.02}
 
 _PROGRAM = """PROGRAM Kinematics
@@ -73,16 +73,16 @@ class Pose:
 
     @property
     def zeros(self) -> tuple[int, ...]:
-        """Pulses of axes 1 to 4 at 0 degrees and 0 mm."""
+        """Return the pulses of axes 1 to 4 at 0 degrees and 0 mm."""
         own = (axis["zero"] for axis in _axes(self.model))
         return tuple(zero + by for zero, by in zip(own, self.away, strict=True))
 
     def frame(self, *, left: bool = False) -> Frame:
-        """The controller's coordinates, as `rcx_harness.robot.arm` makes them."""
+        """Return the controller's coordinates, as `rcx_harness.robot.arm` makes them."""
         return _frame(self.model, self.hand, self.on_r, self.shift, self.zeros, left)
 
     def arm(self) -> dict[str, Any]:
-        """The fields of RCX_SCARA."""
+        """Return the fields of RCX_SCARA."""
         axes = _axes(self.model)
         arm1, arm2 = robot_models()[self.model].arms
         data1, data2, data3 = self.hand
@@ -151,7 +151,7 @@ def _frame(
 
 
 def poses(chance: random.Random, each: int) -> Iterator[Pose]:
-    """So many of each SCARA robot; with every tenth one come another hand, shift and zeros."""
+    """Return `each` poses of every SCARA; every tenth pose has a new hand, shift and zeros."""
     for name, model in robot_models().items():
         if not model.scara:
             continue
@@ -162,7 +162,7 @@ def poses(chance: random.Random, each: int) -> Iterator[Pose]:
             if number % 10 == 9:
                 on_r = chance.random() < 0.5
                 lengths = [chance.randint(-1000 * _MOST_HAND, 1000 * _MOST_HAND) for _ in range(3)]
-                if not on_r:  # arm 2 gets longer by up to so much, and turned by up to half a turn
+                if not on_r:  # it lengthens arm 2 by up to _MOST_HAND, and turns it by half a turn
                     most = round(180 * axes[1]["pulses_per_mm"])
                     lengths = [chance.randint(-most, most), abs(lengths[1]), lengths[2]]
                 hand = (lengths[0], lengths[1], lengths[2])
@@ -179,7 +179,7 @@ def poses(chance: random.Random, each: int) -> Iterator[Pose]:
 
 
 def compare(some: Iterable[Pose], engine: str = "auto") -> Worst:
-    """The largest differences of these poses.
+    """Return the largest differences of these poses.
 
     Args:
         some: Poses; those of one robot with one hand should stand together.
@@ -226,7 +226,7 @@ def _note(
     asked: Sequence[float],
     pulses: Sequence[int],
 ) -> None:
-    """What differs: `found` was made of what is exactly at `place`, `pulses` of `asked`."""
+    """Note the differences: `found` belongs to the exact `place`, `pulses` to `asked`."""
     worst.poses += 1
     apart = max(abs(a - b / 1000) for a, b in zip(found[:3], place[:3], strict=True))
     worst.place = max(worst.place, apart)
@@ -243,5 +243,5 @@ def _note(
 
 
 def _real(value: float) -> float:
-    """What a REAL makes of it: near 8000 degrees it is up to 0.00024 from what was asked for."""
+    """Return the number as a REAL: near 8000 degrees it differs by up to 0.00024."""
     return float(struct.unpack("f", struct.pack("f", value))[0])

@@ -52,12 +52,12 @@ class Place:
 
     @cached_property
     def mask(self) -> int:
-        """Its bits in the telegram as one number, bit 0 = bit 0 of word 0."""
+        """Return the bits of the field in the telegram as one number; bit 0 is bit 0 of word 0."""
         return ((1 << self.width) - 1) << (8 * self.at + self.low)
 
     @property
     def limits(self) -> tuple[int, int]:
-        """Lowest and highest whole number that fits."""
+        """Return the lowest and the highest whole number that fits."""
         if self.kind == "s":
             return -(1 << (self.width - 1)), (1 << (self.width - 1)) - 1
         return 0, (1 << self.width) - 1
@@ -91,13 +91,13 @@ class Legal:
     space_fill: bool = False
 
     def holds(self, value: int) -> bool:
-        """Whether the number is in it."""
+        """Return whether the number is legal."""
         if self.anything or (self.one_bit and bin(value).count("1") == 1):
             return True
         return any(low <= value <= high for low, high in self.ranges)
 
     def edges(self) -> set[int]:
-        """Its limits and the numbers beside them."""
+        """Return the limits and the numbers next to them."""
         return {edge + beside for pair in self.ranges for edge in pair for beside in (-1, 0, 1)}
 
 
@@ -115,7 +115,7 @@ class Row:
         return self.allowed_in(_number(words))
 
     def allowed_in(self, telegram: int) -> Legal:
-        """Return what it may hold in a telegram that is given as one number."""
+        """Return the legal values of the field in a telegram that is given as one number."""
         if not self.conditions:
             return self.legal
         for other, when, legal in self.conditions:
@@ -194,7 +194,7 @@ class Reading:
 
 
 def every_reading() -> dict[int, Reading]:
-    """All commands of the second reading by code."""
+    """Return all commands of the second reading by code."""
     found: dict[int, Reading] = {}
     for path in sorted(FOLDER.glob("*.toml")):
         for entry in _load(path):
@@ -204,7 +204,7 @@ def every_reading() -> dict[int, Reading]:
 
 
 def reading(entry: dict[str, Any]) -> Reading:
-    """A command from its TOML table.
+    """Return a command from its TOML table.
 
     Raises:
         ValueError: something in it is not in the grammar.
@@ -241,7 +241,7 @@ def _expanded(texts: Sequence[str]) -> Iterator[str]:
 
 
 def row(text: str) -> Row:
-    """A row of the grammar.
+    """Return a row of the grammar.
 
     Raises:
         ValueError: it is not one.
@@ -262,7 +262,7 @@ def row(text: str) -> Row:
 
 
 def place(text: str) -> tuple[Place, ...]:
-    """A place of the grammar, split into its equal parts.
+    """Return a place of the grammar, split into its equal parts.
 
     Raises:
         ValueError: it is not one.
@@ -286,7 +286,7 @@ def place(text: str) -> tuple[Place, ...]:
 
 
 def first(legal: Legal) -> int:
-    """A value that is legal."""
+    """Return a legal value."""
     if legal.ranges:
         return legal.ranges[0][0]
     return 1 if legal.one_bit else 0

@@ -6,14 +6,14 @@ from plc_bench import ROOT, PlcBench
 
 
 def sequences() -> PlcBench:
-    """Controller in its normal state, AUTO, servos off, SI(00) and SI(06) ON and settled."""
+    """Return a bench in AUTO with the servos off, SI(00) and SI(06) ON and settled."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc.power_up()
     return plc
 
 
 def servo_on() -> PlcBench:
-    """As `sequences`, the servos on and the program reset."""
+    """Return the bench of `sequences` with the servos on and the program reset."""
     plc = sequences()
     plc.outputs(SO02=True, SO14=True)
     plc.scan()
@@ -21,7 +21,7 @@ def servo_on() -> PlcBench:
 
 
 def in_emergency_stop() -> PlcBench:
-    """SI(00) is held OFF by FB_EmergencyStop, SO(00) and SO(03) are ON, Execute has fallen."""
+    """Return a bench in emergency stop by FB_EmergencyStop, with SO(00) and SO(03) ON."""
     plc = servo_on()
     plc["EmergencyStop.Execute"] = True
     plc.scan()
@@ -35,7 +35,7 @@ def in_emergency_stop() -> PlcBench:
 
 
 def program_stopped() -> PlcBench:
-    """FB_ProgramStop holds SI(06) OFF, its Execute has fallen."""
+    """Return a bench whose FB_ProgramStop holds SI(06) OFF; its Execute has fallen."""
     plc = servo_on()
     plc.outputs(SO14=False)
     plc["ProgramStop.Execute"] = True
@@ -47,6 +47,6 @@ def program_stopped() -> PlcBench:
 
 
 def pins(plc: PlcBench, block: str) -> str:
-    """The contract's outputs that are TRUE, as in `Busy Active`."""
+    """Return those of the outputs Done, Busy, Active, Error that are TRUE, as in `Busy Active`."""
     names = ("Done", "Busy", "Active", "Error")
     return " ".join(name for name in names if plc[f"{block}.{name}"])

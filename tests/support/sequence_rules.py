@@ -298,7 +298,7 @@ class _PowerUp(_Staged):
         self.stage, self._with = "CONNECTION", self.program
 
     def _waits(self, view: View) -> tuple[bool, str, int] | None:
-        """Whether what a stage waits for is there, the stage after it, the ErrorID if late."""
+        """Return whether the stage's condition holds, the next stage, and the ErrorID if late."""
         free = view.ok["SI00"] and not view.held["SI00"]
         return {
             "CONNECTION": (view.connected, "CPU_OK", 0x8001),
@@ -346,7 +346,7 @@ class _PowerUp(_Staged):
 
 
 def missing(view: View) -> str:
-    """The first thing that is missing for a program start; a hold counts from its scan on."""
+    """Return the first missing condition of a program start. A hold counts from its first scan."""
     so = view.so
     conditions = (
         (not view.connected, "CONNECTION"),

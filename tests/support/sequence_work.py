@@ -41,11 +41,11 @@ class View:
 
     @property
     def stopped(self) -> bool:
-        """Emergency stop, by the controller or by the PLC."""
+        """Return whether there is an emergency stop, by the controller or by the PLC."""
         return "SO00" in self.so or not self.ok["SI00"]
 
     def trouble(self, *conditions: tuple[bool, int]) -> int:
-        """The ErrorID of the first condition that holds; CPU_OK comes before all others."""
+        """Return the ErrorID of the first condition that holds; CPU_OK comes before all others."""
         every = (("SO01" not in self.so, 0x8002), *conditions)
         return next((number for holds, number in every if holds), 0)
 
@@ -63,7 +63,7 @@ class Turns:
     seen: set[object] = field(default_factory=set)
 
     def pass_on(self) -> None:
-        """At the end of a scan: the turn is that of the first who was seen."""
+        """Give the turn to the first work that was seen in this scan; called at its end."""
         while self.waiting and self.waiting[0] not in self.seen:
             self.waiting.pop(0)
         self.seen.clear()
@@ -100,7 +100,7 @@ class Work:
         offline: int | None = None,
         answer: int = 0,
     ) -> None:
-        """One call; see FB_RcxJob for the arguments."""
+        """Calculate one call; see FB_RcxJob for the arguments."""
         if offline is None:
             offline = 0 if view.connected else 0x8001
         started = execute and not self._was and not self.busy
@@ -162,7 +162,7 @@ class Rule:
     stage: str = ""
 
     def scan(self, view: View) -> None:
-        """One call."""
+        """Calculate one call."""
         raise NotImplementedError
 
     def _show(self, work: Work) -> None:

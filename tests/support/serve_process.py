@@ -22,7 +22,7 @@ _numbers = itertools.count(1)
 
 
 def own_addresses(count: int) -> list[str]:
-    """Loopback addresses that no other test process uses at this time, other ones at each call."""
+    """Return loopback addresses that no other test process uses; each call returns new ones."""
     process = os.getpid()
     middle, last = 1 + process % 250, 1 + process // 250 % 250
     return [f"127.{100 + next(_numbers) % 100}.{middle}.{last}" for _ in range(count)]
@@ -30,7 +30,7 @@ def own_addresses(count: int) -> list[str]:
 
 @contextmanager
 def watching(pids: Iterable[int]) -> Iterator[None]:
-    """Whatever is done inside, all these processes must have ended soon after it."""
+    """Check that all processes started inside end soon after it."""
     watched = {pid: os.pidfd_open(pid) for pid in pids}
     try:
         yield
@@ -63,7 +63,7 @@ class ServeProcess:
         threading.Thread(target=self._read, daemon=True).start()
 
     def wait_for(self, text: str) -> str:
-        """The next line with `text` in it."""
+        """Return the next line that contains `text`."""
         while True:
             line = self._new.get(timeout=_LIMIT_S)
             assert line is not None, f"no line with {text!r} came, but: {self.lines}"
@@ -86,7 +86,7 @@ class ServeProcess:
             os.close(own)
 
     def processes(self) -> set[int]:
-        """Its process and all that it has started, directly or not."""
+        """Return the numbers of its process and of all processes started by it, also indirectly."""
         found = {self._process.pid}
         while True:
             more = {pid for pid, parent in _parents().items() if parent in found} | found
@@ -95,7 +95,7 @@ class ServeProcess:
             found = more
 
     def process_of(self, module: str) -> int:
-        """The first of its processes that runs this module."""
+        """Return the first of its processes that runs this module."""
         return min(pid for pid in self.processes() if _runs(pid, module))
 
     def kill(self) -> None:
@@ -104,7 +104,7 @@ class ServeProcess:
         self._process.wait(_LIMIT_S)
 
     def interrupt(self) -> None:
-        """As Ctrl-C does."""
+        """Interrupt the process, as Ctrl-C does."""
         self._process.send_signal(signal.SIGINT)
 
     def end(self) -> tuple[int, str]:
@@ -114,7 +114,7 @@ class ServeProcess:
         return code, self._process.stderr.read()
 
     def __enter__(self) -> ServeProcess:
-        """It has been started."""
+        """Return the process, which has been started."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -133,7 +133,7 @@ class ServeProcess:
 
 
 def _parents() -> dict[int, int]:
-    """Process ids to those of their parents."""
+    """Return the parent of each process."""
     found = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdecimal():
@@ -146,7 +146,7 @@ def _parents() -> dict[int, int]:
 
 
 def _runs(pid: int, module: str) -> bool:
-    """Has it been started for this module, or been copied for it?"""
+    """Return whether the process was started for this module, or was copied for it."""
     process = Path(f"/proc/{pid}")
     name = (process / "comm").read_text().strip()
     started = name.startswith("python")

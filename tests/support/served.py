@@ -31,7 +31,7 @@ class ImageInMemory:
         self.image = bytes(size)
 
     def read(self) -> bytes:
-        """What was written last."""
+        """Return the image that was written last."""
         return self.image
 
     def write(self, image: bytes, /) -> None:
@@ -58,32 +58,32 @@ class NetworkInMemory:
         )
 
     def become(self, owner: OwnerState) -> None:
-        """The owner's connection changes its state, now."""
+        """Change the state of the owner's connection now."""
         self.owner = owner
         self.generation += 1
         self.tell(ConnectionKind.EXCLUSIVE_OWNER, owner.name.lower().replace("_", " "))
 
     def tell(self, kind: ConnectionKind, state: str, peer: str = "192.168.0.10") -> None:
-        """A connection changes, as the cyclic part writes it down."""
+        """Write a change of a connection to the journal, in the form of the cyclic process."""
         event = ConnectionEvent(self.now_us, kind, state, peer, 10_000, 10_000, self.listeners)
         self.events.write(asdict(event))
 
     def refuse(self, text: str) -> None:
-        """A connection is refused, as the adapter's process writes it down."""
+        """Write a refused connection to the journal, in the form of the adapter's process."""
         self.refusals.write(asdict(RefusedOpen(self.now_us, text)))
 
     def heard_us(self, part: Word) -> int:
-        """When a process has shown its life."""
+        """Return when a process last showed that it is alive [us]."""
         return self.heard[part]
 
     def send(self, image: bytes) -> None:
-        """A packet of the master's running program."""
+        """Send a packet of the master's running program."""
         self.to_robot.write(image)
         if self.owner is not OwnerState.RUN:
             self.become(OwnerState.RUN)
 
     def status(self) -> Status:
-        """As the cyclic part would tell it."""
+        """Return the status, in the form of the cyclic process."""
         there = self.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE)
         return Status(
             owner=self.owner,
@@ -123,7 +123,7 @@ class ServedHost(Host):
         self.run(0)
 
     def run(self, milliseconds: int) -> Report:
-        """Let so much time pass, at least one cycle, and take the controller's report."""
+        """Let this time pass, at least one cycle, and return the controller's report."""
         for _ in range(max(1, milliseconds * 1000 // CYCLE_US)):
             self.now_us += CYCLE_US
             self.station.step(self.now_us)
@@ -132,7 +132,7 @@ class ServedHost(Host):
         return self.status
 
     async def ask(self, message: Mapping[str, Any]) -> int:
-        """Let it happen, and one cycle pass."""
+        """Pass a message to the station, run one cycle, and return the message's time [us]."""
         self.station.obey(message)
         t_us = self.station.now_us
         self.run(0)

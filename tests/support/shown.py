@@ -12,13 +12,16 @@ _IN_16 = ("ErrorID", "AlarmGroup", "AlarmCategory", "Applied", "holder")
 
 
 def written(one: Value, name: str = "") -> str:
-    """A value as the manual and docs/reference/errors.md write it: words in 16#."""
+    """Return a value as the manual and docs/reference/errors.md write it: words in 16#."""
     is_word = name in _IN_16 or name.startswith("word ")
     return f"16#{one:04X}" if is_word or (_is_word(one) and one > 0xFF) else repr(one)
 
 
 def differences(names: Sequence[str], got: Sequence[Value], expected: Sequence[Value]) -> str:
-    """`ErrorID is 16#8011, not 16#8015; Busy is True, not False`; empty if they are equal."""
+    """Return `ErrorID is 16#8011, not 16#8015; Busy is True, not False`.
+
+    Empty if they are equal.
+    """
     return "; ".join(
         f"{name} is {written(one, name)}, not {written(two, name)}"
         for name, one, two in zip(names, got, expected, strict=True)
@@ -27,7 +30,7 @@ def differences(names: Sequence[str], got: Sequence[Value], expected: Sequence[V
 
 
 def hexadecimal_comparison(op: str, left: Value, right: Value) -> list[str] | None:
-    """Lines for a failed comparison of codes, ErrorIDs or words; None for anything else."""
+    """Return lines for a failed comparison of codes, ErrorIDs or words; None for anything else."""
     if _is_word(left) and _is_word(right) and max(left, right) > 0xFF:
         return [f"{written(left)} {op} {written(right)}"]
     if op == "==" and _are_words(left) and _are_words(right) and len(left) == len(right):
@@ -46,6 +49,6 @@ def _is_word(one: Value) -> bool:
 
 
 def _are_words(some: Value) -> bool:
-    """Words that are not all small numbers, for those say more in decimal."""
+    """Return whether the words are not all small numbers, which are shown in decimal."""
     several = isinstance(some, (list, tuple)) and len(some) > 1
     return several and all(map(_is_word, some)) and max(some) > 0xFF

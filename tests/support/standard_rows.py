@@ -25,7 +25,7 @@ class Row(NamedTuple):
 
 
 def rows(code: str, kind: str, *cases: tuple[Any, ...], alike: bool = True) -> list[Row]:
-    """Rows of one call: of each case the last is the result, the others are the arguments."""
+    """Return rows of one call. Each case consists of the arguments and, last, the result."""
     return [Row(code, case[:-1], kind, case[-1], alike) for case in cases]
 
 

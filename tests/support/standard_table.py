@@ -61,7 +61,7 @@ _RANGES = {
 
 
 def _integers() -> Iterator[Row]:
-    """A result beyond the range begins again at its other end."""
+    """Return rows of integer overflow: a result beyond the range wraps around."""
     for kind, (low, high) in _RANGES.items():
         top, bottom, one, two = f"{kind} {high}", f"{kind} {low}", f"{kind} 1", f"{kind} 2"
         for code, arguments, value in (

@@ -85,7 +85,7 @@ def _texts() -> list[Row]:
             *((_S, "STRING 'x'", 0), (_S, "STRING 'abcdefg'", 0)),
             *(("STRING 'abab'", "STRING 'ab'", 1), (_S, "STRING 'A'", 0)),
         ),
-        # matiec goes on behind the characters that were alike.
+        # matiec continues after the characters that were equal.
         *rows("FIND({0}, {1})", "INT", ("STRING 'aab'", "STRING 'ab'", 2), alike=False),
         *rows(
             *("{0} < {1}", "BOOL"),
@@ -110,7 +110,7 @@ def _texts() -> list[Row]:
 
 
 def _by_name() -> list[Row]:
-    """Arguments by their names, in another order (table 19)."""
+    """Return rows whose arguments are given by name, in another order (table 19)."""
     two = "STRING 'XY'"
     return [
         *rows("LEFT(L := {0}, IN := {1})", "STRING", ("INT 2", _S, "ab")),

@@ -9,24 +9,24 @@ from robot_master import Master
 
 
 def ready(**config: Any) -> Master:
-    """A master with a controller that takes commands; no points unless given."""
+    """Return a master whose controller is ready for commands; by default it has no points."""
     master = Master(**{"points": {}, **config})
     master.power_up()
     return master
 
 
 def long_words(*values: int) -> tuple[int, ...]:
-    """Signed 32 bit numbers, lower word first."""
+    """Return signed 32 bit numbers as words, the lower word first."""
     return struct.unpack(f"<{2 * len(values)}H", struct.pack(f"<{len(values)}i", *values))
 
 
 def real_words(value: float) -> tuple[int, ...]:
-    """A single-precision number, lower word first."""
+    """Return a single-precision number as two words, the lower one first."""
     return struct.unpack("<2H", struct.pack("<f", value))
 
 
 def text_words(text: str, filler: str) -> tuple[int, ...]:
-    """Sixteen characters, the first in the lower byte."""
+    """Return sixteen characters, the first in the lower byte."""
     return struct.unpack("<8H", text.ljust(16, filler).encode("latin-1"))
 
 

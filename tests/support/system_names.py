@@ -37,7 +37,7 @@ _ASKS = ("getattr", "hasattr")
 
 @cache
 def names_of(module: str, system: str) -> frozenset[str]:
-    """What a module of the standard library has on a system; empty where there is no such module.
+    """Return the names of a standard library module on a system; none if the module is missing.
 
     Members of its classes are `Class.member`.
     """
@@ -68,7 +68,7 @@ def _declared(body: list[ast.stmt], system: str, prefix: str) -> Iterator[str]:
         elif isinstance(node, ast.Assign):
             yield from (prefix + one.id for one in node.targets if isinstance(one, ast.Name))
         elif isinstance(node, ast.ImportFrom) and node.names[0].name == "*":
-            # Of the package's own parts: they are the same on all systems.
+            # The package's own parts are the same on all systems.
             yield from (name for name in names_of(str(node.module), system) if "." not in name)
         elif isinstance(node, ast.ImportFrom):
             yield from (prefix + one.name for one in node.names if one.asname == one.name)
@@ -81,24 +81,24 @@ def _holds(test: ast.expr, system: str) -> bool:
 
 
 def of_some(module: str) -> frozenset[str]:
-    """The names of a module that one of the systems lacks."""
+    """Return the names of a module that at least one of the systems lacks."""
     every = [names_of(module, system) for system in SYSTEMS]
     return frozenset.union(*every) - frozenset.intersection(*every)
 
 
 def hidden_on(module: str, system: str) -> frozenset[str]:
-    """The names of a module that this system lacks, and Linux has."""
+    """Return the names of a module that Linux has and this system lacks."""
     return names_of(module, "linux") - names_of(module, system)
 
 
 def absent_on(system: str) -> set[str]:
-    """Modules that this system lacks, and Linux has."""
+    """Return the modules that this system lacks and Linux has."""
     every = {one for one in sys.stdlib_module_names if _stub(one) is not None}
     return {one for one in every if _is_on(one, "linux") and not _is_on(one, system)}
 
 
 def members_of_some(modules: frozenset[str]) -> frozenset[str]:
-    """Members of classes of these modules that one of the systems lacks, by their own names."""
+    """Return members of classes of these modules that a system lacks, without the class name."""
     found = set(_LOOP)
     for module in modules | {f"_{one}" for one in modules}:  # what is in C is declared there
         for name in of_some(module):
@@ -109,7 +109,7 @@ def members_of_some(modules: frozenset[str]) -> frozenset[str]:
 
 
 def used(text: str) -> set[str]:
-    """What a module's source uses that one of the systems lacks.
+    """Return what a module's source uses that one of the systems lacks.
 
     Also as text for `getattr`, and what is asked of a module by a name that is not written there.
     """
@@ -139,7 +139,7 @@ def _asked(arguments: list[ast.expr], aliases: Mapping[str, str]) -> Iterator[st
 
 
 def _imported(tree: ast.Module) -> tuple[dict[str, str], set[str]]:
-    """Modules of the standard library by the names they have here; imports of what some lack."""
+    """Return imported modules by their local names, and imports that some systems lack."""
     aliases: dict[str, str] = {}
     found: set[str] = set()
     for node in ast.walk(tree):

@@ -10,7 +10,7 @@ Row = dict[str, Any]
 
 
 def bench(*rows: Row, engine: str = "builtin", **pins: Any) -> PlcBench:
-    """Servos on, inputs settled; the rows are the first of the table."""
+    """Return a bench with servos on and inputs settled; the rows are the first of the table."""
     program = ROOT / "tests/data/library/MoveTable.st"
     plc = PlcBench(program=program, engine=engine)
     plc.power_up()
@@ -68,7 +68,7 @@ def sent(plc: PlcBench, most: int = 12) -> list[int]:
 
 
 def end(plc: PlcBench, status: int = 0x0200, response: tuple[int, ...] = ()) -> None:
-    """The controller ends the command; after its reset it is ready."""
+    """End the command with a status; after its reset the controller is ready."""
     plc.answer(status, response)
     plc.scan()
     assert plc.words[0] == 0
@@ -91,7 +91,7 @@ def runs(plc: PlcBench) -> list[int]:
 
 
 def arrived(arrival: str, engine: str = "builtin", **fields: Any) -> PlcBench:
-    """Row 2 of three has moved, and does something at arrival."""
+    """Return a bench whose row 2 of three has moved, and does something at arrival."""
     row = {"Kind": "MOVE_PTP", "Point": 2, "AtArrival": f"ARRIVE_{arrival}"} | fields
     plc = bench(*rows_to(1), row, *rows_to(3), engine=engine, Timeout="T#300ms")
     start(plc)
@@ -106,7 +106,7 @@ def arrived(arrival: str, engine: str = "builtin", **fields: Any) -> PlcBench:
 
 
 def goes_on(plc: PlcBench) -> bool:
-    """Row 3 is on the wire within a few scans."""
+    """Check that row 3 is sent within a few scans."""
     for _ in range(6):
         if plc.words[0]:
             assert (plc.words[4], plc["Table.Row"], plc["Table.Arrived"]) == (3, 3, False)

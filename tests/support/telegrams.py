@@ -27,7 +27,7 @@ _WAYS = ("arch_distance1", "arch_distance2")
 
 
 def legal(command: Command, chance: random.Random) -> dict[str, FieldValue]:
-    """Random legal values of all fields; limits more often than what lies between them."""
+    """Return random legal values of all fields; limits more often than values between them."""
     values: dict[str, FieldValue] = {}
     for part in sorted(command.request, key=lambda part: bool(part.by)):
         values[part.name] = _value(command, part, values, chance)
@@ -45,7 +45,7 @@ def legal(command: Command, chance: random.Random) -> dict[str, FieldValue]:
 
 
 def illegal_fields(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Telegrams in which one field has a value that it must not have, each with what is wrong."""
+    """Return telegrams in which one field has an illegal value, each with the reason."""
     for part in command.request:
         for selector in part.ranges or (None,):
             values = legal(command, random.Random(f"{command.code} {part.name} {selector}"))
@@ -62,7 +62,7 @@ def illegal_fields(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
 
 
 def stray_bits(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Telegrams with one bit set that is fixed 0, or in a word that is not used."""
+    """Return telegrams in which one bit is set that must be 0 or belongs to an unused word."""
     covered = [0] * 16
     for part in command.request:
         for k in part.words:
@@ -77,7 +77,7 @@ def stray_bits(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
 
 
 def illegal_pairs(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Telegrams with two flags that exclude each other, or with a product that is too large."""
+    """Return telegrams with two flags that exclude each other, or with a too large product."""
     values = legal(command, random.Random(command.code))
     flags = sorted({name for pair in command.exclusive for name in pair})
     for first, second in combinations(flags, 2):
@@ -92,7 +92,7 @@ def illegal_pairs(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
 
 
 def words_of(command: Command, values: Mapping[str, Any]) -> tuple[int, ...]:
-    """The 16 words of these values, whether legal or not; the code without a robot."""
+    """Return the 16 words of these values, which may be illegal; the code has no robot number."""
     words = [command.code] + [0] * 15
     for part in command.request:
         _store(words, part, values[part.name])
@@ -104,14 +104,14 @@ def _intervals(limits: tuple[int, ...]) -> list[tuple[int, int]]:
 
 
 def _width(part: Field) -> tuple[int, int]:
-    """Lowest and highest number that the field can carry."""
+    """Return the lowest and highest number that the field can carry."""
     if part.type == "bits":
         return 0, (1 << (part.bits[1] - part.bits[0] + 1)) - 1
     return _LIMITS[part.type]
 
 
 def _allowed(part: Field, values: Mapping[str, FieldValue]) -> tuple[int, ...] | None:
-    """Limits that count; None: any number that the field can carry."""
+    """Return the limits that apply; None means any number that the field can carry."""
     if not part.by:
         return part.range
     return part.ranges.get(values[part.by])  # type: ignore[arg-type]
@@ -158,7 +158,7 @@ def _inside(number: int, limits: tuple[int, ...]) -> bool:
 
 
 def _wrong(part: Field, selector: int | None) -> Iterator[FieldValue]:
-    """Values that the field can carry, but must not have."""
+    """Return values that the field can carry, but must not have."""
     limits = part.range if selector is None else part.ranges[selector]
     if part.type == "text":
         for code in range(1, 0xFF):
@@ -187,7 +187,7 @@ def _wrong(part: Field, selector: int | None) -> Iterator[FieldValue]:
 
 
 def _near(numbers: Any, low: int, high: int) -> list[int]:
-    """What lies beside the numbers, and the ends of what the field can carry."""
+    """Return the neighbours of the numbers, and the limits of what the field can hold."""
     near = {number + way for number in numbers for way in (-1, 1)} | {low, high}
     return sorted(number for number in near if low <= number <= high)
 

@@ -7,16 +7,16 @@ from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from typing import Any
 
-_ABOVE = ("rcx_harness", "rcx_tools")
+_PROJECT_PACKAGES = ("rcx_harness", "rcx_tools")
 
 
 class _Nothing(MetaPathFinder):
     def find_spec(self, fullname: str, path: Any, target: Any = None) -> ModuleSpec | None:
-        if fullname.partition(".")[0] in _ABOVE:
+        if fullname.partition(".")[0] in _PROJECT_PACKAGES:
             raise ModuleNotFoundError(f"No module named {fullname!r}", name=fullname)
         return None
 
 
 def toolkit_alone() -> None:
-    """From now on rcx_harness and rcx_tools cannot be imported in this process."""
+    """Make all later imports of rcx_harness and rcx_tools in this process fail."""
     sys.meta_path.insert(0, _Nothing())

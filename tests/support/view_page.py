@@ -36,11 +36,11 @@ class PageContent:
                 return value
 
     def lane(self, name: str) -> dict[str, Any]:
-        """The entry of the first lane that is called so."""
+        """Return the entry of the first lane with this name."""
         return next(one for one in self.table["lanes"] if one["name"] == name)
 
     def changes(self, name: str) -> list[Change]:
-        """What a lane was first, at time -1, and its changes."""
+        """Return the initial value of a lane, at time -1, and its changes."""
         lane = self.lane(name)
         self._at, end = lane["at"][0], sum(lane["at"])
         first = lane["first"]
@@ -67,12 +67,12 @@ class PageContent:
             yield t_us, value
 
     def order(self) -> list[str]:
-        """The names of the lanes of all events, from the first to the last."""
+        """Return the names of the lanes of all events, from the first to the last."""
         self._at = self.table["order"]["at"]
         count = self.table["order"]["count"]
         return [self.table["lanes"][self._whole()]["name"] for _ in range(count)]
 
     def groups(self) -> dict[str, list[str]]:
-        """The names of the lanes of each group."""
+        """Return the names of the lanes of each group."""
         names = [one["name"] for one in self.table["lanes"]]
         return {one["title"]: [names[k] for k in one["lanes"]] for one in self.table["groups"]}

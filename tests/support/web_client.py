@@ -20,7 +20,7 @@ class Answer(NamedTuple):
 
     @property
     def json(self) -> Any:
-        """The value of a JSON text."""
+        """Return the value of a JSON text."""
         return json.loads(self.text)
 
 

@@ -16,7 +16,7 @@ _SEEN = (
 
 
 def as_windows(folder: Path) -> dict[str, str]:
-    """The environment for such a process; it and those it starts read a file in this folder.
+    """Return the environment of such a process; all its children read a file in this folder.
 
     They print in code page 1252, as Python does there into a file or a pipe.
     """

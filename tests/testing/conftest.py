@@ -12,13 +12,13 @@ import rcx_harness.testing.cells  # noqa: F401 - stays loaded from one inner run
 #: `run(test, *options, ini={...})`: a run of that test file in a project with a program.
 Run = Callable[..., pytest.RunResult]
 
-#: What the inner run does without, because loading it takes longer than the run itself.
+#: Plugins that the inner run omits, because loading them takes longer than the run itself.
 _WITHOUT = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
 
 
 @pytest.fixture
 def run(pytester: pytest.Pytester, repository: Path) -> Run:
-    """Runs tests of a project whose program is RawArea, which needs no library."""
+    """Return a function that tests a project whose program, RawArea, needs no library."""
     program = repository / "tests" / "cell" / "programs" / "RawArea.st"
     plc = pytester.mkdir("plc")
     (plc / "RawArea.st").write_text(program.read_text(encoding="utf-8"), encoding="utf-8")

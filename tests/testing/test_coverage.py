@@ -25,7 +25,7 @@ PROGRAM Lamp
 END_PROGRAM
 """
 
-#: Of the library of the project.
+#: A block of the project's library.
 _BLINK = """\
 FUNCTION_BLOCK FB_Blink
   VAR_INPUT Run : BOOL; END_VAR
@@ -51,7 +51,10 @@ Run = Callable[..., pytest.RunResult]
 
 @pytest.fixture
 def run(pytester: pytest.Pytester) -> Run:
-    """Runs tests of a project with coverage; with workers as a process of its own."""
+    """Return a function that tests a project with coverage.
+
+    With workers in a process of its own.
+    """
     for name, text in {"plc/Lamp.st": _LAMP, "lib/FB_Blink.st": _BLINK, "other.st": _OTHER}.items():
         file = pytester.path / name
         file.parent.mkdir(exist_ok=True)
@@ -70,7 +73,7 @@ def run(pytester: pytest.Pytester) -> Run:
 
 
 def _table(result: pytest.RunResult) -> list[str]:
-    """The rows below the table's head, with single spaces."""
+    """Return the rows below the table's head, with single spaces."""
     lines = [re.sub(" +", " ", line) for line in result.outlines]
     start = next(k for k, line in enumerate(lines) if line.startswith("file "))
     return lines[start + 1 : lines.index("", start)]
@@ -103,7 +106,7 @@ def test_several_programs_count_together(run: Run) -> None:
 
 @pytest.mark.exhaustive
 def test_the_workers_of_xdist_count_together(run: Run) -> None:
-    """Each has one test; MC/DC needs both."""
+    """Each worker runs one test; MC/DC needs both."""
     result = run(_DARK + _LIT, "--rcx-coverage", workers=2)
     assert _table(result) == ["plc/Lamp.st 100.0 % 4/4 100.0 % 2/2 100.0 % 1/1"]
     assert "DA:4,4" in Path("out/coverage/coverage.lcov").read_text().splitlines()

@@ -154,7 +154,7 @@ def test_without_a_program_the_message_says_where_to_name_it(run: Run) -> None:
 
 
 def _each_refused(run: Run, wrong: Mapping[str, str]) -> None:
-    """Each marker is an error of its test, with one message."""
+    """Check that each marker is an error of its test, with one message."""
     tests = [
         f"@pytest.mark.rcx({marker})\ndef test_{number}(cell):\n    pass\n"
         for number, marker in enumerate(wrong)

@@ -27,7 +27,7 @@ ORDER = []
 
 @pytest.fixture
 def suite(pytester: pytest.Pytester, repository: Path) -> pytest.Pytester:
-    """A folder with this repository's conftest.py and markers, and a few tests."""
+    """Return a folder with this repository's conftest.py and markers, and a few tests."""
     pytester.makeconftest((repository / "tests/conftest.py").read_text("utf-8"))
     marks = "exhaustive", "external(reason)"
     pytester.makeini("[pytest]\nmarkers =\n" + "".join(f"    {mark}\n" for mark in marks))

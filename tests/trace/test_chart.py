@@ -20,7 +20,7 @@ def area(code: int = 0, byte32: int = 0, byte33: int = 0) -> bytes:
 
 
 def servo_on() -> Timeline:
-    """SI(01) at 100 ms, SO(02) at 150 ms, SI(01) withdrawn at 250 ms, then a command."""
+    """Return a timeline: SI(01) ON from 100 to 250 ms, SO(02) ON at 150 ms, then a command."""
     timeline = Timeline()
     steps = [
         (0, area(), area()),
@@ -105,7 +105,7 @@ def test_a_long_run_says_what_the_chart_leaves_out() -> None:
 
 
 def test_a_column_is_wide_enough_for_what_stands_in_it() -> None:
-    """ReadPositionPulses (0x0505) is out for one column only; a very long text is cut."""
+    """ReadPositionPulses (0x0505) lasts one column only; a very long text is cut."""
     timeline = Timeline(Trace({}, watched={"Main.Text": ElementaryType("STRING")}))
     for ms, code, text in ((0, 0, ""), (100, 0x0505, "a"), (110, 0, "x" * 30), (120, 0, "b")):
         timeline.take(Scan(ms * 1000, 0, area(), area(code), {"Main.Text": text}))

@@ -22,7 +22,7 @@ def area(bits: int = 0, code: int = 0, group: int = 0, category: int = 0) -> byt
 
 
 def timeline(*steps: tuple[bytes, bytes], trace: Trace | None = None) -> Timeline:
-    """A scan of 100 ms each, with what was read and what was written."""
+    """Return a timeline with a scan per 100 ms: the areas read and written."""
     made = Timeline(trace)
     for number, (so, si) in enumerate(steps):
         made.take(Scan(number * 100_000, number, so, si))
@@ -30,13 +30,13 @@ def timeline(*steps: tuple[bytes, bytes], trace: Trace | None = None) -> Timelin
 
 
 def signals(made: Timeline) -> list[str]:
-    """The signals that have a line."""
+    """Return the signals that have a line."""
     lines = text_chart(made, 100).splitlines()
     return [line[:6] for line in lines if line[:2] in ("SI", "SO")]
 
 
 def off(made: Timeline) -> set[str]:
-    """The signals whose line is OFF from the first to the last column."""
+    """Return the signals whose line is OFF from the first to the last column."""
     lines = text_chart(made, 100, ascii_only=True).splitlines()
     return {
         line[:6] for line in lines if line[:2] in ("SI", "SO") and set(line.split()[-1]) == {"_"}

@@ -25,7 +25,7 @@ def area(code: int = 0, byte32: int = 0) -> bytes:
 
 
 def run(end_ms: int = 599) -> Timeline:
-    """SI(06) from 100 ms to 250 ms; MOVE PTP from 300 ms on; a scan every ms."""
+    """Return a trace: SI(06) from 100 ms to 250 ms; MOVE PTP from 300 ms on; a scan every ms."""
     timeline = Timeline()
     for ms in range(end_ms + 1):
         si = area(code=0x0001 if ms >= 300 else 0, byte32=0x40 if 100 <= ms < 250 else 0)
@@ -34,7 +34,7 @@ def run(end_ms: int = 599) -> Timeline:
 
 
 def moving(end_ms: int = 100) -> Timeline:
-    """X goes from 0 to 100 mm in steps of 1 mm per ms, Y rests."""
+    """Return a trace in which X goes from 0 to 100 mm by 1 mm per ms, and Y rests."""
     timeline = Timeline(Trace({}, axes=[["X [mm]", "Y [mm]"]]))
     for ms in range(end_ms + 1):
         timeline.take(Cycle(ms * 1000, ms, b"", area(), 1, (float(ms), 0.0)))

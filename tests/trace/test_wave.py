@@ -29,7 +29,7 @@ def record(raw_cell: Build, file: Path) -> None:
 
 
 def changes(text: str, scope: str, name: str) -> list[tuple[int, str]]:
-    """Times and values of one variable of a VCD file, after its initial value."""
+    """Return times and values of one variable of a VCD file, after its initial value."""
     section = text[text.index(f"$scope module {scope} $end") :]
     found = re.search(rf"\$var \w+ \d+ (\S+) {re.escape(name)} ", section)
     assert found

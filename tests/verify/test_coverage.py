@@ -88,7 +88,7 @@ _EVERYTHING: list[Give] = [
 
 @pytest.fixture
 def measured(tmp_path: Path) -> Measure:
-    """Runs a block, FB_Probe unless given, with (Level, Ready, Size) in one scan each."""
+    """Return a function that runs a block once per scan with (Level, Ready, Size)."""
 
     def run(scans: list[Give], block: str = _BLOCK, **options: object) -> FileResult:
         library = tmp_path / "lib"
@@ -125,7 +125,7 @@ def test_everything_executed_is_complete(measured: Measure) -> None:
 
 
 def test_a_branch_that_is_not_taken_is_named_with_its_line(measured: Measure) -> None:
-    """Also the ELSE that is not there, and the CASE in which no label fits."""
+    """This includes a missing ELSE, and a CASE in which no label fits."""
     result = measured([(20, True, "SIZE_SMALL")])
     assert _open(result) == [
         "17: not taken: ELSIF Level > 5",
@@ -174,7 +174,7 @@ def test_a_case_whose_labels_are_all_members_has_no_other_way(measured: Measure)
 
 
 def test_a_dead_line_in_a_block_is_found(measured: Measure) -> None:
-    """A condition behind one that includes it: no test can reach it."""
+    """The condition follows another one that includes it, so no test can reach it."""
     dead = "  ELSIF Level > 7 THEN\n    Shown := 3;\n  END_IF;\n  CASE"
     result = measured(_EVERYTHING, _BLOCK.replace("  END_IF;\n  CASE", dead))
     assert _open(result) == ["19: not taken: ELSIF Level > 7"]
@@ -219,7 +219,7 @@ def test_counts_of_another_version_do_not_count(measured: Measure, tmp_path: Pat
 
 
 def _decision(text: str, tmp_path: Path) -> Decision:
-    """The decision `Z := text` over the BOOL variables A to D."""
+    """Return the decision `Z := text` over the BOOL variables A to D."""
     file = tmp_path / "Logic.st"
     file.write_text(
         f"PROGRAM Logic\n  VAR\n    A, B, C, D, Z : BOOL;\n  END_VAR\n  Z := {text};\nEND_PROGRAM\n"
@@ -361,7 +361,7 @@ def test_the_figures_are_met_only_without_gaps(measured: Measure) -> None:
 
 
 def test_every_reason_names_a_condition_of_the_library(repository: Path, tmp_path: Path) -> None:
-    """A reason whose decision has been changed says nothing any more."""
+    """A reason is useless once its decision has changed."""
     named = reasons(repository / "tests/tools/evidence/conditions.toml")
     program = tmp_path / "Bench.st"
     blocks = sorted({pou for pou, _, _ in named if pou.startswith("FB_")})

@@ -28,7 +28,7 @@ Run = Callable[..., FileResult]
 
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
-    """Runs a body with the declarations given, and what else stands in the file, before it."""
+    """Return a function that runs a body with declarations, and with `before` above the program."""
 
     def run(body: str, declared: str, *scans: Scan, before: str = "") -> FileResult:
         text = f"{before}PROGRAM P\n  VAR\n{declared}  END_VAR\n{body}END_PROGRAM\n"
@@ -126,7 +126,7 @@ def test_unknown_conditions_leave_some_outcomes_open(
 
 
 def test_coverage_ends_no_run_that_goes_on_without_it(run: Run) -> None:
-    """An index or a division behind AND is looked at where it is without coverage, too."""
+    """An index or a division after AND is evaluated in the same cases with and without coverage."""
     declared = "    A : ARRAY [1..3] OF INT;\n    i, n : INT;\n    Good : BOOL;\n"
     body = "  Good := i >= 1 AND A[i] = 0;\n  Good := n <> 0 AND 10 / n > 3;\n"
     result = run(body, declared, {"i": 0}, {"i": 2, "n": 2})
@@ -348,7 +348,7 @@ _DTD = {"coverage": (["sources", "packages"], {"lines-covered", "lines-valid", "
 
 @pytest.fixture
 def result(run: Run) -> FileResult:
-    """9 lines with statements, of which 5 are executed whole."""
+    """Return a result of 9 lines with statements, of which 5 are executed completely."""
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     declared = "    Axis : FB_Axis;\n    n : INT;\n"
     return run(body, declared, {"n": 4}, before=_METHODS)
@@ -398,7 +398,7 @@ def test_records_of_lcov_stand_at_lines_with_statements(result: FileResult) -> N
 
 
 def test_lcov_takes_the_conditions_of_a_line_as_one_group(run: Run) -> None:
-    """Two of one decision and one of another: of lcov 2.2, f and t of each."""
+    """Two conditions belong to one decision, one to another; lcov 2.2 shows f and t of each."""
     body = "  X := A AND B; X := NOT A;\n"
     result = run(body, "    A, B, X : BOOL;\n", {"A": True, "B": True}, {"B": False})
     lines = tracefile([result], mcdc=True).splitlines()

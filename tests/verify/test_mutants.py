@@ -112,7 +112,7 @@ def test_the_larger_part():
 
 @pytest.fixture
 def house(tmp_path: Path) -> Path:
-    """A repository with a library of two POUs, one test, and a program for it."""
+    """Return a repository with a library of two POUs, one test, and a program for it."""
     library = tmp_path / "plc" / "lib"
     files = {
         "plc/lib/area/FB_Sample.st": _BLOCK,
@@ -175,7 +175,7 @@ def test_every_operator_makes_its_mistake_as_a_change_of_lines(house: Path) -> N
 
 
 def test_the_function_of_the_low_word_is_taken_for_that_of_the_high_one(house: Path) -> None:
-    """Where there are both, whatever else their names say."""
+    """The mutation applies if both exist, whatever the rest of their names is."""
     area = house / "plc" / "lib" / "area"
     functions = "".join(
         f"FUNCTION FC_My{half}Word : WORD\n  VAR_INPUT Value : DWORD; END_VAR\n"

@@ -110,6 +110,6 @@ def _leaves(item: int) -> int:
 
 
 def test_an_item_of_a_farm_that_leaves_is_an_error() -> None:
-    """In this process it would end the command, with the exit code that it chooses."""
+    """In this process it would end the command, with an exit code of its own choice."""
     with pytest.raises(RuntimeError, match="SystemExit"):
         list(Farm(0).run(_leaves, [0]))

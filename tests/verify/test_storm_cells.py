@@ -17,7 +17,7 @@ from structured_text.errors import InputError
 
 @pytest.fixture
 def by_hand() -> Iterator[None]:
-    """Python's collector is off: a cell disappears only if the code under test frees it."""
+    """Disable Python's collector: a cell disappears only if the code under test frees it."""
     gc.disable()
     yield
     gc.enable()

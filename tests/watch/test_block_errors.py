@@ -50,7 +50,7 @@ END_CONFIGURATION
 
 @pytest.fixture(scope="module")
 def errors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BlockErrors]:
-    """The errors of a run: point 2 does not exist, and a speed of 200 % is refused."""
+    """Return the errors of a run: point 2 does not exist, and a speed of 200 % is refused."""
     file: Path = tmp_path_factory.mktemp("errors") / "Moves.st"
     file.write_text(_PROGRAM, encoding="utf-8")
     with Cell.build([file], engine="builtin") as cell:

@@ -62,7 +62,7 @@ END_TYPE
 
 @pytest.fixture
 def build(build_cell: Callable[..., Cell], tmp_path: Path) -> Build:
-    """A cell of a program with this body, on the engine that sees calls, after two scans."""
+    """Return a cell whose program has this body, after two scans; its engine sees calls."""
 
     def built(body: str) -> Cell:
         file = tmp_path / "program.st"
@@ -75,14 +75,14 @@ def build(build_cell: Callable[..., Cell], tmp_path: Path) -> Build:
 
 
 def told(cell: Cell) -> list[str]:
-    """What has been reported of the calls, as `scan: instance text`."""
+    """Return the reports about calls as `scan: instance text`."""
     texts = [one.text for one in cell.violations if one.rule == "calls"]
     assert all(text.startswith("plc, scan ") for text in texts)
     return [text.removeprefix("plc, scan ").replace(": calls: Main.", ": ") for text in texts]
 
 
 def test_calls_as_they_should_be_are_not_reported(build: Build) -> None:
-    """Also those whose order or number the source does not settle."""
+    """Calls whose order or number depends on conditions are not reported either."""
     cell = build(
         f"{READ} IF Gate THEN {ORIGIN} ELSE {ORIGIN} END_IF; {POWER}\n"
         f"Station(Robot := Robots[k], Go := Go); {WRITE}"
@@ -170,7 +170,7 @@ def test_a_block_that_is_left_out_while_it_is_busy_is_reported(build: Build) -> 
 
 
 def test_a_scan_that_leaves_out_the_robot_as_a_whole_is_no_skipped_block(build: Build) -> None:
-    """Without FB_WriteArea no turn is lost: so in a task that is slower than the others."""
+    """Without FB_WriteArea no turn is lost, as in a task that is slower than the others."""
     cell = build(f"IF NOT Gate THEN {READ} {ORIGIN} {WRITE} END_IF;")
     cell["Main.Go"] = True
     cell.scan()

@@ -73,7 +73,7 @@ FIRST = len(HEAD.splitlines()) + 1
 
 @pytest.fixture
 def check(tmp_path: Path) -> Check:
-    """The findings of a body, a line of text each: its line counted from 1, `?` if it only may."""
+    """Return the findings of a body as `line text`; lines count from 1, `?` means possible."""
 
     def findings(*body: str) -> list[str]:
         library = sorted(LIBRARY.rglob("*.st"))

@@ -32,13 +32,13 @@ def of_program(build_cell: Build, repository: Path, tmp_path: Path) -> Callable[
 
 @pytest.fixture
 def cell(of_program: Callable[[str], Cell]) -> Cell:
-    """Blocks that a program calls."""
+    """Return a cell whose program calls blocks."""
     return of_program("Contract.st")
 
 
 @pytest.fixture
 def inside(of_program: Callable[[str], Cell]) -> Cell:
-    """Level blocks, and blocks inside blocks."""
+    """Return a cell with level blocks, and blocks inside blocks."""
     return of_program("ContractInside.st")
 
 
@@ -50,7 +50,7 @@ _BOTH = ("Once", "Twice")
 
 
 def one_job(cell: Cell) -> None:
-    """A scan without Execute, ten with it, five without."""
+    """Run a scan without Execute, ten with it, and five without."""
     cell.scan()
     cell["Main.Go"] = True
     cell.scan(10)
@@ -214,13 +214,13 @@ class _Pins:
         return lambda: self.values
 
     def scan(self, *values: bool) -> list[str]:
-        """What is reported after a scan with these values."""
+        """Run a scan with these values, and return its reports."""
         self.values = cast(Any, values)
         return [one.text.rpartition(": ")[2] for one in self.monitor.scan(0, 0)]
 
 
 def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
-    """What was judged after the snapshot counts no more, not even that the pins were at rest."""
+    """Checks made after the snapshot are discarded, including that the pins were at rest."""
     pins = _Pins()
     assert pins.scan(True, False, True, False) == []
     assert pins.scan(False, False, True, False) == []
@@ -232,7 +232,7 @@ def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
 
 
 def test_pins_that_were_at_rest_before_a_restore_are_judged_after_it() -> None:
-    """The way to them is another one: from Busy, without an end."""
+    """After the restore the pins come to rest directly from Busy, without an end."""
     pins = _Pins()
     assert pins.scan(True, True, False, False) == []
     kept: Any = pins.monitor.snapshot()

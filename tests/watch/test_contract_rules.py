@@ -53,7 +53,7 @@ class _Pins:
 def judge(
     scans: str, pins: str = EDGE, *, steady: bool = True, inner: bool = False
 ) -> list[tuple[int, str]]:
-    """What is reported of a block, with the scan.
+    """Return what is reported about a block, with the scan.
 
     Args:
         scans: A word for each scan, a letter for each pin that is TRUE: the first of its name,
@@ -164,7 +164,7 @@ def test_clauses_about_enable_need_a_certain_call(scans: str) -> None:
 
 
 def test_a_block_in_a_block_may_be_called_twice_where_its_call_is_not_certain() -> None:
-    """So that its end may pass within one scan; not so for the block of a program."""
+    """Its end may pass within one scan. This does not apply to a block of a program."""
     assert judge("- XB B -", steady=False, inner=True) == []
     assert judge("- XB B -", steady=False) == [(3, FELL)]
 

@@ -91,7 +91,7 @@ FIRST = len((STATION + HEAD).splitlines()) + 1
 
 @pytest.fixture
 def check(tmp_path: Path) -> Check:
-    """The warnings of a body, a line of text each: its line in the body, from 1, and the text.
+    """Return the warnings of a body as `line text`; lines of the body count from 1.
 
     A line before the body is given by its own text.
     """
@@ -337,7 +337,7 @@ def test_mistakes_in_such_programs_are_found_if_the_source_is_clear(
 
 @pytest.fixture(scope="module")
 def cell_of_template(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Path]:
-    """The template's program with a piece of its text replaced."""
+    """Return a function that writes the template's program with a piece of its text replaced."""
     folder = tmp_path_factory.mktemp("template")
 
     def write(old: str, new: str) -> Path:

@@ -21,7 +21,7 @@ SLOW = RobotConfig(boot_time=0.0, command_delay=500.0, skip_run_status="never")
 
 @pytest.fixture
 def cell(raw_cell: Build) -> Cell:
-    """Connected, with the inputs OFF; nothing has been broken."""
+    """Return a connected cell with the inputs OFF and no broken rule."""
     cell = raw_cell(scan="10ms", rpi="10ms", robot=RobotConfig(boot_time=0.0))
     cell.run("100ms")
     assert not cell.violations
@@ -29,7 +29,7 @@ def cell(raw_cell: Build) -> Cell:
 
 
 def found(cell: Cell, side: str) -> list[str]:
-    """The rules that one side has found broken, in their order."""
+    """Return the rules that one side has reported as broken, in order."""
     return [one.rule for one in cell.violations if one.text.startswith(side)]
 
 
@@ -174,7 +174,7 @@ def test_writes_without_a_link_are_not_judged(cell: Cell) -> None:
 
 
 def test_a_code_from_before_the_loss_of_the_link_is_not_judged_after_it() -> None:
-    """Whether the controller has seen it, and what came of it, nobody knows."""
+    """It is unknown whether the controller has seen the code, and with which result."""
     ready, rest = bytearray(48), bytes(48)
     ready[32] = 0x02  # SO(01)
     move = MOVE.to_bytes(2, "little") + bytes(46)

@@ -42,7 +42,7 @@ class Scan(NamedTuple):
 
 
 def judge(*scans: Scan, size: int = 48) -> list[str]:
-    """What the monitor reports, as `ms rule: text`; the PLC has been connected for a while."""
+    """Return the monitor's reports as `ms rule: text`; the PLC has been connected for a while."""
     monitor = WireMonitor(size)
     return play(monitor, *scans, size=size)
 
@@ -155,7 +155,7 @@ WAIT = "wait until no stop is asked for"
 
 @pytest.mark.parametrize(("name", "bit"), STARTS.items())
 def test_a_start_while_a_stop_input_is_off_is_a_rule_of_its_own(name: str, bit: int) -> None:
-    """A stop that was asked for long ago, and one in the scan of the start itself.
+    """The stop was requested long ago, or in the scan of the start itself.
 
     Source: manual chapter 5, 3.2: not executed if emergency stop or stop input are OFF.
     """
@@ -205,7 +205,7 @@ def test_a_stop_after_a_start_and_a_start_that_stays_are_no_starts_against_it() 
     ("byte", "bit"), [(32, 2), (32, 3), (32, 4), (32, 5), (32, 7), (33, 1), (33, 3)]
 )
 def test_each_reserved_bit_is_reported_when_it_comes_on(byte: int, bit: int) -> None:
-    """It counts for no interval, and to clear it breaks nothing.
+    """The bit does not count for an interval, and clearing it breaks no rule.
 
     Source: manual chapter 5, 1, note 1.
     """
@@ -274,7 +274,7 @@ def test_code_and_data_are_held_until_the_end(status: int) -> None:
 
 @pytest.mark.parametrize("end", [END, FAILED])
 def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
-    """Also where the status that follows is another already; each end counts once."""
+    """The next status may differ already; each end counts once."""
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=RUN))
     assert judge(*out, Scan(30, status=end)) == []
     held = Scan(30, code=0x0101, status=end)
@@ -288,7 +288,7 @@ def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
 
 
 def test_a_command_that_is_taken_back_before_its_end_is_not_counted() -> None:
-    """Not even where its end is read with no code out."""
+    """This also holds if its end is read while no code is shown."""
     monitor = WireMonitor()
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=RUN))
     play(monitor, *out, Scan(30, status=RUN), Scan(40, status=END), Scan(50))
@@ -297,7 +297,7 @@ def test_a_command_that_is_taken_back_before_its_end_is_not_counted() -> None:
 
 @pytest.mark.parametrize("status", [READY, RUN])
 def test_the_end_of_the_command_before_does_not_free_the_next(status: int) -> None:
-    """Nor does it count that the one before was under way."""
+    """It has no effect either that the earlier command was still running."""
     before = (Scan(0), Scan(10, code=0x0101), Scan(15, code=0x0101, status=status))
     after = (*before, Scan(20, status=END), Scan(30), Scan(40, code=0x0102))
     assert judge(*after, Scan(50)) == [
@@ -344,7 +344,7 @@ def test_a_code_goes_out_at_the_status_0000_only(status: int) -> None:
 def test_a_code_that_follows_another_without_the_reset_is_not_ready(
     data: dict[int, int] | None,
 ) -> None:
-    """After the end code and data may change; what is wrong is the code without the reset.
+    """Code and data may change after the end; the error is the code without the reset.
 
     Source: guide chapter 2, steps 5 and 6.
     """

@@ -18,13 +18,13 @@ _ENTRY = re.compile(
 
 
 def _entries(file: Path) -> list[str]:
-    """The entries of a requirements file, each on one line, without comments."""
+    """Return the entries of a requirements file, each on one line, without comments."""
     lines = file.read_text(encoding="utf-8").replace("\\\n", "").splitlines()
     return [line for line in lines if line and not line.lstrip().startswith("#")]
 
 
 def _pins(file: Path, python: str) -> dict[str, str]:
-    """The versions that a locked file gives to this Python, by the packages' names."""
+    """Return the locked versions for this Python, by the packages' names."""
     environment = {"python_version": python, "python_full_version": f"{python}.9"}
     found: dict[str, str] = {}
     for entry in _entries(file):
@@ -36,7 +36,7 @@ def _pins(file: Path, python: str) -> dict[str, str]:
 
 
 def _asked(pyproject: dict[str, Any], extra: str = "dev") -> list[Requirement]:
-    """What the package needs to be built, to run, and for an extra, with those that it names."""
+    """Return what the package needs to be built, to run, and for an extra."""
     project = pyproject["project"]
     asked = [*pyproject["build-system"]["requires"], *project["dependencies"]]
     extras = [extra]

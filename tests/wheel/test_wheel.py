@@ -22,7 +22,7 @@ _FULL = pytest.mark.external(reason="needs a package index: pytest -m external t
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel of the repository, built by its build tool."""
+    """Return the wheel of the repository, built by its build tool."""
     pytest.importorskip("hatchling", reason="hatchling is missing: pip install -e '.[dev]'")
     folder = tmp_path_factory.mktemp("wheel")
     _call(
@@ -43,7 +43,7 @@ def _call(command: list[str], folder: Path, environment: dict[str, str]) -> str:
 
 
 def _own(environment: dict[str, str]) -> dict[str, str]:
-    """The environment without what would lead back into the repository."""
+    """Return the environment without variables that would lead back into the repository."""
     return {
         name: value
         for name, value in environment.items()

@@ -131,11 +131,11 @@ def _say_what_is_missing(cells: Cells) -> None:
     demands = cells.demands
     missing = []
     if demands.recovery is None:
-        missing.append("[recover]: whether the cell works again is not asked")
+        missing.append("[recover]: it is not checked whether the cell works again")
     if not (demands.buttons or demands.switches or demands.values):
-        missing.append("[operator]: nobody presses anything")
+        missing.append("[operator]: no button is pressed")
     if not demands.properties:
-        missing.append("[[always]]: the rules of the wire and of the blocks alone are judged")
+        missing.append("[[always]]: only the rules of the wire and of the blocks are checked")
     for one in missing:
         print(f"no {one}")
 

@@ -97,7 +97,8 @@ class Registry:
                     declared.error(
                         "a second CONFIGURATION",
                         node.name.at,
-                        f"the first is in {other.file.name}, line {other.node.at.line}",
+                        f"the first is in {other.file}, line {other.node.at.line}; give the files "
+                        "of one program only",
                     )
                 )
             self.configuration = declared

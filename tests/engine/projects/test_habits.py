@@ -384,7 +384,7 @@ def _cell(files: list[Path], replace: dict[str, str | Path] | None = None) -> Ce
 
 
 def _arrived(cell: Cell, moves: int) -> None:
-    """The robot got that many telegrams, and is at its point.
+    """Check that the robot received this many telegrams and reached its point.
 
     Source: chapter 5, 4.1: the code, its options, two words of the speed, the point.
     """
@@ -484,7 +484,7 @@ def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
 
 
 def test_a_ladder_beside_a_replaced_body_is_named_in_its_own_file(tmp_path: Path) -> None:
-    """Its line is one of the project, not of the user's file."""
+    """The line number belongs to the project, not to the user's file."""
     ladder = _L5X.replace("MainRoutineName", "Main", 0).replace(
         '<Routine Name="Check"', '<Routine Name="Spare" Type="RLL"/>\n<Routine Name="Check"'
     )

@@ -57,7 +57,7 @@ END_CONFIGURATION
 def test_codesys_declarations_as_plain_text_methods_lists_and_tasks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A declaration as plain text says more than the elements and stands behind the body.
+    """A declaration as plain text says more than the elements, and comes after the body.
 
     Source: PLCopen TC6 XML 2.00, with what CODESYS adds.
     """
@@ -115,7 +115,7 @@ END_CONFIGURATION
 
 @pytest.mark.parametrize("named", ["twincat", "twincat/Cell.plcproj"])
 def test_twincat_objects_of_the_project_and_its_task(tmp_path: Path, named: str) -> None:
-    """What is excluded from the build is left out; names of files are compared without case."""
+    """Objects excluded from the build are left out. File names are compared without case."""
     code, texts = _imported(_DATA / named, tmp_path)
     assert code == 1  # an action in ladder
     assert sorted(texts) == ["FB_Valve", "GVL", "MAIN", "ST_Item", "Tasks"]

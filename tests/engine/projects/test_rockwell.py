@@ -123,7 +123,7 @@ def test_the_power_comes_before_the_sign(tmp_path: Path, expression: str, value:
 
 
 def test_an_instance_begins_with_the_values_of_its_tag(tmp_path: Path) -> None:
-    """Those that a call does not give have them for good; 0 is one, too.
+    """Values that a call does not give stay for good; 0 is a value, too.
 
     Source: Rockwell 1756-PM010, parameters: the value of a parameter that is not required is that
     of the instance's tag.
@@ -141,7 +141,7 @@ def test_an_instance_begins_with_the_values_of_its_tag(tmp_path: Path) -> None:
 
 
 def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
-    """With 9 digits it is a little more than the largest one, and rounded to it.
+    """With 9 digits the number is slightly above the largest REAL, and is rounded to it.
 
     Source: IEEE 754, rounding to nearest: the largest single is 16#7F7FFFFF, (2 - 2^-23) * 2^127.
     """
@@ -156,7 +156,7 @@ def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
 
 
 def test_tags_keep_their_values_without_power_but_for_what_a_prescan_sets(tmp_path: Path) -> None:
-    """The images stand for tags of a module; a timer begins anew with the preset of its tag.
+    """The images represent tags of a module. A timer restarts with the preset of its tag.
 
     Source: Rockwell 1756-PM010, Prescan routine: it initialises what was kept from before.
     """

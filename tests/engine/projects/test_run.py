@@ -38,7 +38,7 @@ n := %s;</p></ST></body>
 
 @pytest.fixture
 def ladder(tmp_path: Path) -> Path:
-    """A project with a body in ladder."""
+    """Return a project with a body in ladder."""
     file = tmp_path / "cell.xml"
     file.write_text(_LADDER % "n + 1", encoding="utf-8")
     return file
@@ -56,7 +56,7 @@ def test_a_program_of_beremiz_runs_at_its_tasks_interval() -> None:
 def test_a_body_in_another_language_is_named(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Only where it is needed."""
+    """The error appears only if the body is needed."""
     assert main(["check", str(ladder)]) == 2
     assert capsys.readouterr().err == (
         f"rcx: {ladder}:13: the body of Lamp is in Ladder Diagram (LD) and is not read; "
@@ -77,7 +77,7 @@ def test_a_body_in_another_language_is_named(
 def test_a_body_is_replaced_by_one_of_the_users_or_by_a_whole_block(
     ladder: Path, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What nothing mentions is named, and left out."""
+    """An unused body is listed and left out."""
     own = ladder.with_name("lamp.st")
     own.write_text(text, encoding="utf-8")
     program = build(source_files(ladder, None, {"lamp": own}).all, "builtin").program
@@ -93,7 +93,7 @@ def test_a_body_is_replaced_by_one_of_the_users_or_by_a_whole_block(
 def test_a_mistake_in_a_replacing_body_is_told_in_its_file(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With the line there, although the interface is the project's."""
+    """The message has the line in the user's file, although the interface is the project's."""
     own = ladder.with_name("lamp.st")
     own.write_text("Q := Lit;\nQ := Nothing;\n", encoding="utf-8")
     assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2
@@ -142,7 +142,7 @@ def test_a_replacement_needs_a_project(capsys: pytest.CaptureFixture[str]) -> No
 
 
 def test_what_was_taken_out_of_a_file_is_a_value() -> None:
-    """It goes through processes and caches; the file itself is something else."""
+    """The value can be passed between processes and caches; the file itself cannot."""
     paths = project_sources([_DATA / "beremiz.xml"], {}).paths
     assert pickle.loads(pickle.dumps(paths)) == paths
     assert len({*paths, _DATA / "beremiz.xml"}) == len(paths) + 1

@@ -141,7 +141,7 @@ def test_delays_fit_changed_commands_too(values: dict[str, Any], others: dict[st
                              "servo ON in the emergency stop"])  # fmt: skip
 @pytest.mark.parametrize("bug", BUGS)
 def test_a_controller_with_a_bug_fits_no_file(bug: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever its keys are, something is left over."""
+    """With any keys, some differences remain."""
     with monkeypatch.context() as broken:
         BUGS[bug](broken)
         master = RecordedMaster(7)

@@ -90,7 +90,10 @@ def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str)
 def test_unread_packets_are_counted_by_their_kind(
     tmp_path: Path, packet: bytes, kind: int, told: str
 ) -> None:
-    """0x0806 is ARP, 0x8864 PPPoE; fragments: the first with more to come, and a later one."""
+    """0x0806 is ARP, 0x8864 PPPoE.
+
+    Fragments are a first part with more to come, and a later part.
+    """
     file = pcap(tmp_path / "one.pcap", [(0, framed(packet, kind=kind)), (1, framed(DATAGRAM))])
     capture, packets = _read(file)
     assert [one.number for one in packets] == [2]
@@ -144,7 +147,7 @@ def test_a_link_type_that_is_not_known_is_named(tmp_path: Path) -> None:
 
 
 def test_interfaces_of_two_link_types_in_one_file_are_refused(tmp_path: Path) -> None:
-    """Libpcap reports one link type for a file."""
+    """Libpcap reports one link type per file."""
     frames = [(0, framed(DATAGRAM)), (1, framed(DATAGRAM, COOKED))]
     capture, _ = _read(pcapng(tmp_path / "two.pcapng", frames, (ETHERNET, COOKED)))
     assert "type" in capture.damage
@@ -172,7 +175,7 @@ def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(tmp_
     [(-2, "the clock goes back by 2.000 s"), (400 * 86_400, "the clock goes ahead by 34560000 s")],
 )
 def test_a_clock_that_jumps_ends_the_capture(tmp_path: Path, seconds: int, how: str) -> None:
-    """What comes before the jump is read.
+    """The packets before the jump are read.
 
     Source: docs/reference/limits.md, files.
     """

@@ -26,7 +26,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _story() -> Story:
-    """A controller in AUTO mode without any request."""
+    """Return a story of a controller in AUTO mode without any request."""
     story = Story()
     story.open(0)
     for k in range(1, 31):
@@ -35,7 +35,7 @@ def _story() -> Story:
 
 
 def _places(data: bytes | bytearray) -> list[int]:
-    """Where the records of a pcap file begin."""
+    """Return where the records of a pcap file begin."""
     found, at = [], _HEADER
     while at < len(data):
         found.append(at)

@@ -30,19 +30,19 @@ class Recording:
         self.until(10 * MS)
 
     def until(self, end_us: int) -> None:
-        """Repeat what stands until then."""
+        """Repeat the current areas until this time [us]."""
         while self._now_us < end_us:
             self._now_us += 10 * MS
             self.story.both(self._now_us, self._si, self._so)
 
     def plc(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
-        """From here on the PLC writes this."""
+        """Change what the PLC writes from this time on."""
         self.until(at_us - 10 * MS)
         self._si = area(words, dedicated)
         self.until(at_us)
 
     def robot(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
-        """From here on the controller shows this, 0.5 ms after a packet of the PLC."""
+        """Change what the controller shows from this time on, 0.5 ms after a packet of the PLC."""
         self.until(at_us - 10 * MS)
         self._so = area(words, dedicated)
         self.until(at_us)
@@ -60,12 +60,12 @@ class Verdict:
 
     @property
     def rules(self) -> list[str]:
-        """The rules that were broken."""
+        """Return the rules that were broken."""
         return [one.rule for one in self.result.findings]
 
     @property
     def text(self) -> str:
-        """The words of all findings."""
+        """Return the words of all findings."""
         return "\n".join(one.text for one in self.result.findings)
 
     def times(self, what: str) -> tuple[int, int, int]:
@@ -75,7 +75,10 @@ class Verdict:
 
 
 def _powered() -> Recording:
-    """SI(00) ON at 200 ms, SI(06) at 400 ms, SI(01) at 600 ms; servos on at 650 ms."""
+    """Return a recording: SI(00) ON at 200 ms, SI(06) at 400 ms, SI(01) at 600 ms.
+
+    Servos on at 650 ms.
+    """
     made = Recording()
     made.plc(200 * MS, 0x01)
     made.plc(400 * MS, 0x41)
@@ -86,7 +89,7 @@ def _powered() -> Recording:
 
 
 def _moved(made: Recording, at_us: int = 1_000 * MS) -> None:
-    """MOVE, PTP to point 19: data, code, run after 20 ms, end after 300 ms more, reset."""
+    """Add MOVE, PTP to point 19: data, code, run after 20 ms, end after 300 ms more, reset."""
     data = {8: 19}
     made.plc(at_us - 20 * MS, 0x41, data)
     made.plc(at_us, 0x41, {0: 1, **data})
@@ -165,7 +168,7 @@ _RUN, _END, _ABNORMAL = {0: 0x0100}, {0: 0x0200}, {0: 0x4000, 2: 12, 4: 600}
 _OUT = ("plc", 1_000, 0x41, {0: 1})
 _ENDED = ("robot", 1_020, SERVO, _END)
 
-#: What happens from 1 s on, the rule that it breaks, and words of the finding.
+#: Events from 1 s on, the rule that they break, and words of the finding.
 _BROKEN: dict[str, tuple[list[Change], str, str]] = {
     "an edge after 90 ms": ([("plc", 1_000, 0x8041, {}), ("plc", 1_090, 0x41, {})], "interval",
                             "plc, packet 219: interval: SI(17) OFF only 90 ms after SI(17) ON"),
@@ -203,7 +206,7 @@ _BROKEN: dict[str, tuple[list[Change], str, str]] = {
 
 
 def _recorded(name: str, until_us: int = 0) -> Recording:
-    """A controller with its servos on, and what breaks the rule of this name."""
+    """Return a recording of a controller with its servos on that breaks the rule of this name."""
     made = _powered()
     for side, at_ms, dedicated, words in _BROKEN[name][0]:
         (made.plc if side == "plc" else made.robot)(at_ms * MS, dedicated, words)
@@ -247,7 +250,7 @@ def test_the_interval_is_judged_to_the_tolerance(
     "name", ["an edge after 90 ms", "a code taken back", "an end without a reset"]
 )
 def test_no_rule_is_judged_across_packets_that_are_missing(tmp_path: Path, name: str) -> None:
-    """Without the packet before a change there is nothing to compare it with."""
+    """Without the packet before a change, there is no area to compare with."""
     made = _recorded(name, 2_200 * MS)
     made.story.packets = [
         (t_us, data)
@@ -261,7 +264,7 @@ def test_no_rule_is_judged_across_packets_that_are_missing(tmp_path: Path, name:
 
 
 def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Path) -> None:
-    """SI(17) is ON for 90 ms; of the packets in between every second one is missing."""
+    """SI(17) is ON for 90 ms; every second packet of that time is missing."""
     made = _recorded("an edge after 90 ms")
     changed = (1_000 * MS, 1_010 * MS, 1_080 * MS, 1_090 * MS)
     made.story.packets = [
@@ -275,7 +278,7 @@ def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Pat
 
 
 def test_data_that_come_with_their_code_are_noted(tmp_path: Path) -> None:
-    """Data are there one scan before the code (guide 1.1); the packets may be further apart."""
+    """Data come one scan before the code (guide 1.1); the packets may be further apart."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})
     made.until(1_100 * MS)
@@ -308,7 +311,7 @@ def test_an_end_is_timed_once_and_a_reserved_bit_reported_once(tmp_path: Path) -
 
 
 def test_a_command_from_before_the_recording_breaks_no_rule(tmp_path: Path) -> None:
-    """A command that was changed before goes on with 16#0100, then 16#0000 (guide 1.1)."""
+    """A command that was changed before ends with 16#0100, then 16#0000 (guide 1.1)."""
     story = Story()
     story.open(0)
     for k in range(1, 20):
@@ -379,7 +382,7 @@ def test_a_capture_of_the_wrong_traffic_says_what_is_in_it(tmp_path: Path) -> No
 
 
 def _cycles(file: Path, *cycles: tuple[dict[int, int], int]) -> Judgement:
-    """A trace of rcx serve: from cycle to cycle the words of the PLC and the status."""
+    """Return the judgement of a trace of rcx serve: the PLC's words and the status per cycle."""
     lines = [{"format": "rcx-trace/1", "by": "rcx serve", "size": 48, "cycle_us": 5_000}]
     for number, (words, status) in enumerate(cycles):
         si, so = area(words, 0x41), area({0: status}, SERVO)

@@ -32,17 +32,17 @@ class Heard:
 
     @property
     def robots(self) -> list[Robot]:
-        """The controllers, in the order they were found."""
+        """Return the controllers in the order in which they appear."""
         assert self.result.network is not None
         return list(self.result.network.robots.values())
 
     def scans(self) -> list[Scan]:
-        """The trace that was written."""
+        """Return the scans of the trace that was written."""
         return [one for one in read_trace(self.trace)[1] if isinstance(one, Scan)]
 
 
 def _quiet(story: Story, begin_us: int = 0, packets: int = 10) -> Story:
-    """Opens, and repeats the same areas every 10 ms."""
+    """Open a connection, and repeat the same areas every 10 ms."""
     story.open(begin_us)
     for k in range(1, packets + 1):
         story.both(begin_us + 10_000 * k, FREE, OK)
@@ -138,7 +138,7 @@ def test_a_reader_beside_the_owner_does_not_count_as_what_the_plc_reads(tmp_path
 
 
 def test_equal_identifiers_of_two_controllers_are_distinct(tmp_path: Path) -> None:
-    """Each adapter chooses its identifiers for itself."""
+    """Each adapter chooses its own identifiers."""
     first, second = _quiet(Story()), _quiet(Story(controller="192.168.0.11"), 3_000, 5)
     second.both(100_000, FREE, area(dedicated=0x0112))
     heard = Heard(tmp_path, first, second)
@@ -149,7 +149,7 @@ def test_equal_identifiers_of_two_controllers_are_distinct(tmp_path: Path) -> No
 
 
 def test_a_connection_that_is_opened_again_is_a_new_one(tmp_path: Path) -> None:
-    """Its numbers begin anew, and nothing is judged from the old one's areas."""
+    """The packet numbers restart, and the old connection's areas are not used."""
     story = _quiet(Story())
     story.open(1_000_000)
     story.both(1_010_000, area(dedicated=0x8043), OK)
@@ -198,7 +198,7 @@ def test_other_devices_are_counted_and_not_judged(tmp_path: Path) -> None:
 
 
 def _headless(story: Story) -> Story:
-    """The same without its first two packets, the Forward Open and its answer."""
+    """Return the story without its first two packets, the Forward Open and its answer."""
     del story.packets[:2]
     return story
 
@@ -273,7 +273,7 @@ def test_the_size_of_the_options_is_the_only_one(
 
 
 def test_a_named_controller_is_the_only_one_and_may_have_other_instances(tmp_path: Path) -> None:
-    """Another adapter with the same sizes, at points 0x70 and 0x71."""
+    """Another adapter has the same sizes, at points 0x70 and 0x71."""
     other = Story(controller="192.168.0.20")
     other.open(0, path="2004 2405 2C70 2C71")
     other.both(10_000, FREE, OK)

@@ -10,7 +10,7 @@ from rcx_harness.look.judge.follow import Times
 
 
 def test_few_times_are_exact() -> None:
-    """Of five, the third is the median, and the fifth what 99 % do not exceed."""
+    """Of five times, the third is the median, and the fifth is the 99 % limit."""
     times = Times()
     for one in (40, 10, 50, 20, 30):
         times.add(one)
@@ -34,7 +34,7 @@ def test_many_times_are_right_to_half_a_per_cent() -> None:
 
 
 def test_memory_does_not_grow_with_the_number_of_times() -> None:
-    """A day of answers, 0 us to an hour: some thousand numbers are kept."""
+    """A day of answers between 0 us and an hour needs some thousand numbers."""
 
     def kept(times: Times) -> int:
         return sum(sys.getsizeof(part) for part in vars(times).values())

@@ -9,7 +9,7 @@ from rcx_harness.look.judge.ways import Arrival, Way
 
 
 def _numbers(way: Way, numbers: list[int]) -> list[int]:
-    """Gives packets with these numbers; those that were used."""
+    """Pass packets with these numbers to the monitor, and return the accepted numbers."""
     used = []
     for at, number in enumerate(numbers):
         content = (at & 0xFFFF).to_bytes(2, "little") + at.to_bytes(4, "little")

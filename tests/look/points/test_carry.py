@@ -72,7 +72,7 @@ def test_everything_that_is_stored_is_read_and_what_is_not_is_left_out(filler: s
 
 
 def test_a_file_brings_back_what_was_written_to_it(tmp_path: Path) -> None:
-    """To the last digit; and it is a robot file."""
+    """The values are exact to the last digit, and the file is a robot file."""
     found = _read(**_CONFIG)
     file = tmp_path / "points.toml"
     file.write_text(as_toml(found, ["head"]), encoding="utf-8")
@@ -132,7 +132,7 @@ def test_a_comment_with_a_byte_beyond_ascii_is_read_as_it_is() -> None:
 
 
 def test_points_of_one_controller_are_stored_by_another() -> None:
-    """Only what a definition takes; the old comment goes.
+    """Only the parts of a definition are stored; the old comment is removed.
 
     Source: guide 4.3
     """
@@ -258,7 +258,7 @@ def test_the_answer_of_another_number_is_refused(key: Key, byte: int, text: str)
 
 @pytest.mark.parametrize("packet_us", [5_000, 10_000, 100_000])
 def test_the_data_of_a_command_are_there_before_its_code(packet_us: int) -> None:
-    """In a packet of its own, and for two of the controller's cycles.
+    """The data have a packet of their own, for two of the controller's cycles.
 
     Source: guide 2, steps 1 and 2; guide 1.1, command data are entered before.
     """

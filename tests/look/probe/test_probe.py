@@ -18,7 +18,7 @@ from rcx_harness.spec.wire import SIZE
 from rcx_harness.trace import read_trace
 from structured_text.output.toml_files import parse_toml
 
-#: By question: its keys, each with what is assumed and with other values.
+#: For each question: its keys, each with the assumed value and other values.
 KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
     "versions": {"host_version": (0x0108, 0x0112), "host_revision": (0x0030, 0x0031),
                  "fpga_version": (0x1001, 0x1002), "driver_version": (0x0101, 0x0201)},
@@ -84,7 +84,7 @@ KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
     "sequence": {"sequence_program": (True, False), "emergency_stops_sequence": (False, True),
                  "sequence_delay": (5.0, 60.0)},
 }  # fmt: skip
-#: What else a controller has to be like, or what has to have happened, for a question to decide.
+#: Properties or events that a controller needs so that a question gives a result.
 PREPARED: dict[str, dict[str, Any]] = {"arm": {"scara_robots": (2,)}}
 NO_HOST = Subject("192.168.0.10", "RCX340", "A. B.", "2030-12-31")
 CASES = [
@@ -137,7 +137,7 @@ def test_every_key_that_a_question_decides_is_rehearsed() -> None:
 
 
 def test_two_readings_that_look_alike_stay_open() -> None:
-    """0x0100 is shown by a controller that never skips it, and by one that skips it where short."""
+    """A controller may show 0x0100 always, or skip it for short commands."""
     outcome = rehearsed("command-times", skip_run_status="never")
     mine = [one for one in outcome.findings["command-times"] if one.knob == "skip_run_status"]
     assert [(one.values, one.verdict) for one in mine] == [(("short", "never"), "open")]
@@ -181,7 +181,7 @@ def test_a_rule_without_a_key_is_refuted_by_a_controller_that_is_another() -> No
 
 
 def test_nothing_moves_without_a_word_for_that_step() -> None:
-    """Without a confirmed step of risk 3 the servos never go ON."""
+    """If the step of risk 3 is not confirmed, the servos never go ON."""
     line = StationLine(RobotConfig())
     servos: list[bool] = []
     step = line.wait
@@ -216,7 +216,7 @@ def test_reading_leaves_all_dedicated_inputs_off() -> None:
 
 
 def test_a_controller_that_resets_its_status_late_is_not_misread() -> None:
-    """What an old status would have answered is left open.
+    """A question is left open if an old status would answer it.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """
@@ -239,7 +239,7 @@ def test_a_controller_that_gives_no_end_decides_nothing() -> None:
 
 
 def test_a_connection_that_never_was_is_not_lost() -> None:
-    """Nor where the controller is busy."""
+    """A busy controller is not reported as a lost connection either."""
     asked = [question("versions")]
     person = Person(lambda one: True, lambda text, event: False, lambda text: None)
     line = StationLine(RobotConfig())
@@ -284,7 +284,7 @@ def test_ctrl_c_turns_all_inputs_off_and_closes_the_connection() -> None:
 
 
 def test_ctrl_c_in_a_step_with_inputs_on_turns_them_off_first() -> None:
-    """As if pressed in the middle of an emergency stop test."""
+    """The key is pressed in the middle of an emergency stop test."""
     line = StationLine(RobotConfig())
     read, looks = line.read, [0]
 

@@ -42,7 +42,10 @@ def test_the_place_of_a_network_alarm_is_the_slot_of_its_unit() -> None:
 
 
 def test_messages_that_are_not_there_are_empty() -> None:
-    """Or an alarm; 1 to 500 are the numbers. Rule: messages. Source: remote command guide 4.7.7."""
+    """With another setting they cause an alarm. The numbers are 1 to 500. Rule: messages.
+
+    Source: remote command guide 4.7.7.
+    """
     assert powered_up().execute(MESSAGE, 0, 500) == NORMAL_END
     master = powered_up(undefined_data_alarm="9.9")
     assert master.execute(MESSAGE, 0, 1) == abnormal_end("9.9")
@@ -77,7 +80,9 @@ def test_a_soft_limit_names_the_axis_of_lines_and_jogs(code: int) -> None:
 
 
 def test_the_latest_alarm_is_that_of_a_remote_command() -> None:
-    """Zeros before the first one; alarms without a command do not count, nor does a normal end.
+    """The words are 0 before the first alarm.
+
+    Alarms without a command do not count, nor does a normal end.
 
     Rule: messages, alarm-places.
     Source: remote command guide 4.7.17

@@ -25,7 +25,7 @@ def _pass(master: Master, ms: int) -> None:
 
 
 def test_the_examples_set_the_date_and_the_time() -> None:
-    """2014-02-02 and 08:45:00; the one does not touch the other.
+    """The values are 2014-02-02 and 08:45:00; the date does not change the time, nor vice versa.
 
     Rule: clock-set, clock.
     Source: remote command guide 4.8.1, 4.8.2

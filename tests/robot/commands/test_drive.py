@@ -33,7 +33,7 @@ def _mover(**config: Any) -> Master:
     ],
 )
 def test_the_specified_axis_moves_and_no_other(code: int, data: tuple[int, ...], ends: int) -> None:
-    """Axis 3 stands at 1000 pulses and has 500 pulses/mm; the answer comes in pulses.
+    """Axis 3 is at 1000 pulses and has 500 pulses/mm; the answer is in pulses.
 
     Source: remote command guide 4.2.3 and 4.2.4
     """

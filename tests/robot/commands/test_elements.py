@@ -17,7 +17,7 @@ MM_POINT = Point(DATA, mm=True, hand=2, arm1=1, arm2=-1)
 
 
 def _but(place: int, value: int, data: tuple[int, ...]) -> tuple[int, ...]:
-    """The data with another value in one place."""
+    """Return the data with another value in one place."""
     return (*data[:place], value, *data[place + 1 :])
 
 
@@ -61,7 +61,10 @@ def test_the_value_goes_to_the_designated_data_of_a_shift(place: int) -> None:
 
 
 def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
-    """Or it is an alarm. Rule: undefined-data. Source: remote command guide 4.4.4."""
+    """With another setting it is an alarm. Rule: undefined-data.
+
+    Source: remote command guide 4.4.4.
+    """
     master = ready()
     assert master.execute(SHIFT, 0, 39, 2, 0x03E8) == NORMAL_END
     assert master.robot.machine.memory.shifts == {39: (0, 1000, 0, 0)}
@@ -71,7 +74,7 @@ def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
 
 @pytest.mark.parametrize("code", [PULSES, MM, SHIFT])
 def test_several_data_numbers_get_the_value_and_no_data_number_is_refused(code: int) -> None:
-    """A configuration may allow exactly one.
+    """A configuration may allow exactly one number.
 
     Rule: several-elements.
     Source: remote command guide 4.4.4, tt

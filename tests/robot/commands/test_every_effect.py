@@ -15,7 +15,7 @@ from round_trips_motion import MOTION_TRIPS
 
 TRIPS = (*MOTION_TRIPS, *DATA_TRIPS)
 CODES = [code for code in commands() if code]
-#: What they read does not change, or what they do has one outcome only: one round trip each.
+#: Commands with one round trip: their data never change, or they have only one outcome.
 ONE_OUTCOME = {0x041, 0x042, 0x043, 0x501, 0x502, 0x513, 0x604}
 
 every_code = pytest.mark.parametrize("code", CODES, ids="0x{:03X}".format)
@@ -26,7 +26,7 @@ def _trips(code: int) -> list[Trip]:
 
 
 def test_each_of_the_116_codes_is_known_and_has_its_round_trips() -> None:
-    """Two different values each, but for those with one outcome.
+    """Each has two different values, except those with only one outcome.
 
     Source: remote command guide 4.2 to 4.9
     """

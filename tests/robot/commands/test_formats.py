@@ -39,7 +39,7 @@ REFERENCES = {
     0x516,
 }
 
-#: Where the robot number may stand: the command's own section shows it (guide, 4.2 to 4.9).
+#: Commands whose code can contain a robot number (guide, 4.2 to 4.9).
 WITH_ROBOT = {
     *(0x001, 0x002, 0x003, 0x004, 0x006, 0x007, 0x009, 0x00A, 0x00E, 0x00F, 0x010, 0x012, 0x013),
     *(0x014, 0x016, 0x017, 0x018, 0x019, 0x020, 0x021, 0x022, 0x024, 0x025, 0x026, 0x027, 0x028),
@@ -47,13 +47,13 @@ WITH_ROBOT = {
     *(0x044, 0x045, 0x048, 0x04B, 0x04C, 0x04D, 0x110, 0x111, 0x220, 0x224, 0x502, 0x503, 0x505),
     *(0x506, 0x50A, 0x50B, 0x50C, 0x50F, 0x510, 0x514, 0x516, 0x605, 0x606),
 }
-#: Where one axis or several of the robot may be named.
+#: Commands that name one or more axes of the robot.
 WITH_AXES = {
     *(0x001, 0x002, 0x003, 0x006, 0x007, 0x009, 0x00A, 0x00E, 0x00F, 0x010, 0x012, 0x013, 0x014),
     *(0x016, 0x017, 0x019, 0x020, 0x021, 0x022, 0x024, 0x025, 0x026, 0x030, 0x031, 0x033, 0x034),
     *(0x035, 0x036, 0x044, 0x045, 0x048, 0x04B, 0x04C, 0x04D, 0x220, 0x224, 0x510, 0x516, 0x605),
 }
-#: No field, or one in which every pattern has a meaning: there is no illegal value.
+#: Commands without an illegal value: no field, or every pattern of it has a meaning.
 ALL_LEGAL = {
     *(0x032, 0x041, 0x042, 0x043, 0x501, 0x502, 0x503, 0x505, 0x506, 0x50A, 0x50B, 0x50C, 0x50F),
     *(0x510, 0x511, 0x512, 0x514, 0x515, 0x516, 0x604, 0x607),
@@ -66,7 +66,7 @@ every_code = pytest.mark.parametrize("code", list(COMMANDS), ids="0x{:03X}".form
 
 @lru_cache(maxsize=1)
 def _master() -> tuple[Master, object]:
-    """One robot of four axes, of which nothing takes time but movements; and how it began."""
+    """Return one robot of four axes, in which only movements take time, and its initial state."""
     points = {number: Point() for number in range(6)}
     master = servos_on(points=points, command_delay=0.0, **ALARMS)
     return master, master.robot.snapshot()
@@ -74,7 +74,7 @@ def _master() -> tuple[Master, object]:
 
 @pytest.fixture
 def fresh() -> Master:
-    """The controller as it began."""
+    """Return the controller in its initial state."""
     master, snapshot = _master()
     master.robot.restore(snapshot)
     master.send()
@@ -92,7 +92,7 @@ def _end(master: Master, words: Iterable[int]) -> tuple[int, ...]:
 
 
 def _state(thing: Any) -> Any:
-    """All that commands can change, as a value; without clocks, histories and what time alone does.
+    """Return all that commands can change as a value, without clocks and histories.
 
     It looks into every object of the controller, whatever it is called.
     """
@@ -111,7 +111,7 @@ def _state(thing: Any) -> Any:
 
 
 def _refused(master: Master, telegrams: Iterator[tuple[str, tuple[int, ...]]], alarm: str) -> int:
-    """All of them end in that alarm, and nothing in the controller changes; how many they are."""
+    """Check that all telegrams end in this alarm and change nothing; return their number."""
     before, count, accepted = _state(master.robot.machine), 0, []
     for wrong, words in telegrams:
         count += 1
@@ -125,7 +125,7 @@ def _refused(master: Master, telegrams: Iterator[tuple[str, tuple[int, ...]]], a
 
 @every_code
 def test_legal_telegrams_are_taken_and_say_what_was_meant(code: int) -> None:
-    """They may end in another alarm, such as that of a point that is not defined.
+    """They may end in another alarm, such as that of an undefined point.
 
     Rule: format.
     Source: remote command guide 4.2 to 4.9
@@ -145,7 +145,7 @@ def test_legal_telegrams_are_taken_and_say_what_was_meant(code: int) -> None:
 
 @every_code
 def test_an_illegal_value_ends_in_the_format_alarm(code: int, fresh: Master) -> None:
-    """Beside each limit, values without a meaning, two bits or none where one is wanted, texts.
+    """Tried: values next to a limit or without a meaning, zero or two bits for one, and texts.
 
     Rule: abnormal-end, comment-characters, one-axis.
     Source: remote command guide 4.2 to 4.9; 1.2, abnormal end status
@@ -181,7 +181,7 @@ def test_exclusive_flags_and_products_beyond_the_limit_are_refused(
 
 
 def test_every_command_with_a_field_that_has_limits_was_sent_illegal_values() -> None:
-    """So that the tests above do not pass for want of telegrams."""
+    """This ensures that the tests above do not pass without telegrams."""
     assert {code for code, one in COMMANDS.items() if not list(illegal_fields(one))} == ALL_LEGAL
 
 
@@ -214,7 +214,7 @@ def test_limits_that_only_the_section_or_the_robot_gives(
 
 @every_code
 def test_the_robot_number_of_a_command_is_0_to_4(code: int, fresh: Master) -> None:
-    """Where it has none, each is another, undefined code; robot 5 and above does not exist.
+    """A code without a robot number becomes an undefined code; robots from 5 on do not exist.
 
     Rule: other-alarms.
     Source: remote command guide 3, R; 4.2 to 4.9
@@ -247,7 +247,7 @@ def test_robot_1_is_there_and_robots_2_to_4_are_not(code: int, fresh: Master) ->
 
 
 def _with_absent_axes(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Telegrams that are legal but for the robot: it has no axis 5 and no axis 6."""
+    """Return telegrams that are legal except for the robot: it has no axis 5 and no axis 6."""
     names = {part.name for part in command.request}
     plain = dict.fromkeys(("axis_designation", "axes", "point", "pallet", "work"), 1)
     plain |= dict.fromkeys(("speed_mode", "position_pulses", "position_mm"), 0)
@@ -261,7 +261,7 @@ def _with_absent_axes(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]
 
 @pytest.mark.parametrize("code", sorted(WITH_AXES - {0x510, 0x516}), ids="0x{:03X}".format)
 def test_an_axis_that_the_robot_does_not_have_is_refused(code: int, fresh: Master) -> None:
-    """Axes 5 and 6 of a robot with four; their torque is 0, which is no error.
+    """A robot with four axes has no axes 5 and 6. Their torque is 0, which is not an error.
 
     Rule: other-alarms.
     """

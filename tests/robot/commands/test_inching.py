@@ -20,7 +20,7 @@ MINUS = 0x0080
 
 
 def _incher(amount: int, **config: Any) -> Master:
-    """Servos on, the amount set by command for robot 1."""
+    """Return a master with the servos on, and the amount set by command for robot 1."""
     master = servos_on(**config)
     assert master.execute(0x0027, 0, amount)[0] == 0x0200
     return master
@@ -39,7 +39,7 @@ def _incher(amount: int, **config: Any) -> Master:
 def test_an_amount_of_100_is_100_pulses_or_0_1_mm(
     code: int, pulses: int, place: int, direction: int, sign: int
 ) -> None:
-    """Without a position output m+2 to m+30 are 0.
+    """Without a position output, m+2 to m+30 are 0.
 
     Rule: inching, jog-frames.
     Source: remote command guide 4.2.7, tt and d
@@ -77,7 +77,10 @@ def test_inching_is_done_with_the_manual_movement_speed(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize(("direction", "start"), [(0, 499_901), (MINUS, -599_901)])
 def test_inching_beyond_a_soft_limit_does_not_start(code: int, direction: int, start: int) -> None:
-    """One pulse too far ends in 2.334; exactly to the limit is possible. Rule: soft-limit."""
+    """One pulse beyond the limit ends in 2.334; a movement exactly to it is legal.
+
+    Rule: soft-limit.
+    """
     axes = (Axis(), Axis(start=start, soft_low=-600_000, soft_high=500_000))
     master = _incher(100, axes=axes)
     assert master.execute(code, PULSE_OUTPUT, 0x0002 | direction) == abnormal_end("2.334")
@@ -88,7 +91,7 @@ def test_inching_beyond_a_soft_limit_does_not_start(code: int, direction: int, s
 
 @pytest.mark.parametrize("code", FRAMES)
 def test_inching_that_the_stop_input_stops_shows_no_position(code: int) -> None:
-    """Only a jog does. Source: remote command guide 4.2.7, abnormal end."""
+    """Only a jog shows it. Source: remote command guide 4.2.7, abnormal end."""
     master = _incher(10_000, manual_speed=1)
     master.send(code, PULSE_OUTPUT, 0x0001)
     master.run(500)

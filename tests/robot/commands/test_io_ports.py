@@ -14,7 +14,7 @@ DI, DO, MO, LO, TO, SI, SO = range(7)
 
 
 def _word(kind: int, port: int, bit: int = 0) -> int:
-    """Word n+4: `port` as its name is written, 12 for DO12()."""
+    """Return word n+4 for a port by its name: 12 for DO12()."""
     return kind << 12 | port // 10 << 8 | port % 10 << 4 | bit
 
 
@@ -115,7 +115,7 @@ def test_bit_number_and_pattern_have_their_limits(words: tuple[int, ...]) -> Non
 
 
 def test_serial_outputs_are_what_the_master_reads() -> None:
-    """SO15() is byte m+45; SO16() is beyond the board and is kept only.
+    """SO15() is byte m+45. SO16() is beyond the board and is only stored.
 
     Rule: port-commands, other-ports.
     Source: remote command guide 4.5.1; manual chapter 1, 4.1

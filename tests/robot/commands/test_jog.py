@@ -28,7 +28,7 @@ def _jogger(**config: Any) -> Master:
 
 
 def _jog_for(master: Master, ms: float, *words: int) -> tuple[int, ...]:
-    """Jog; the stop input goes OFF `ms` after the cycle that starts it. Words m to m+30 then."""
+    """Jog until the stop input goes OFF after `ms`, and return words m to m+30."""
     master.send(*words)
     master.run(ms)
     assert master.status == 0x0100
@@ -40,7 +40,7 @@ def _jog_for(master: Master, ms: float, *words: int) -> tuple[int, ...]:
 @pytest.mark.parametrize("place", range(4))
 @pytest.mark.parametrize(("direction", "sign"), [(0, 1), (MINUS, -1)])
 def test_a_jog_moves_one_axis(code: int, place: int, direction: int, sign: int) -> None:
-    """Without a position output m+8 to m+30 are 0.
+    """Without a position output, m+8 to m+30 are 0.
 
     Rule: jog-frames.
     Source: remote command guide 4.2.6, tt and d
@@ -81,7 +81,7 @@ def test_a_tool_that_may_do_750_mm_per_second_jogs_with_a_part_of_that() -> None
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize(("direction", "limit"), [(0, 300_000), (MINUS, -200_000)])
 def test_a_jog_ends_at_the_soft_limit_with_2_334(code: int, direction: int, limit: int) -> None:
-    """It brakes so that it stands at the limit; the alarm comes without a position.
+    """The axis brakes so that it stops at the limit; the alarm comes without a position.
 
     Rule: jog-limit.
     Source: remote command guide 4.2.6, abnormal end (other cases)
@@ -104,7 +104,7 @@ def test_a_jog_to_the_soft_limit_may_end_normally(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize("start", [300_000, 300_001])
 def test_from_a_soft_limit_a_jog_goes_back_only(code: int, start: int) -> None:
-    """Also where the axis is beyond it. Rule: jog-limit, limits-on-the-way."""
+    """The axis may be at the limit or beyond it. Rule: jog-limit, limits-on-the-way."""
     master = _jogger(axes=(Axis(start=start, soft_high=300_000),))
     assert master.execute(code, PULSE_OUTPUT, 0x0001) == abnormal_end("2.334")
     assert master.robot.positions == [start]
@@ -125,7 +125,7 @@ def test_a_jog_that_an_emergency_stop_ends_shows_no_position(code: int) -> None:
 
 @pytest.mark.parametrize("code", FRAMES)
 def test_after_the_stop_input_is_on_again_the_next_command_moves(code: int) -> None:
-    """Neither the servos go off nor is there an alarm to reset.
+    """The servos stay ON, and there is no alarm to reset.
 
     Source: remote command guide 4.2.6
     """
@@ -158,7 +158,7 @@ def test_a_jog_whose_command_is_cleared_goes_on_until_the_stop_input_is_off(code
 
 
 def _coordinates(shift: tuple[int, int, int, int], hand: Hand, start: int) -> Master:
-    """Axis 4 at `start`; shift 1 and hand 1 are selected."""
+    """Return a master whose axis 4 is at `start`, with shift 1 and hand 1 selected."""
     axes = (Axis(), Axis(), Axis(), Axis(start=start))
     master = _jogger(axes=axes, shifts={1: shift}, hands={(1, 1): hand})
     master.execute(0x003B, 0, 1)

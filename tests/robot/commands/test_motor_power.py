@@ -29,7 +29,7 @@ def test_on_turns_the_motor_power_and_all_system_servos_on() -> None:
 
 
 def test_off_turns_the_motor_power_and_all_system_servos_off() -> None:
-    """The brakes lock every axis, a free one, too.
+    """The brakes lock every axis, including a free axis.
 
     Rule: motor-power, servo-output.
     Source: remote command guide 4.2.20

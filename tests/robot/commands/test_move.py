@@ -90,7 +90,7 @@ def test_linear_interpolation_of_the_designated_axes() -> None:
 
 
 def test_acceleration_and_deceleration_of_a_line() -> None:
-    """With less of either it takes longer.
+    """A lower value of either makes the movement longer.
 
     Source: remote command guide 4.2.1, linear interpolation, d and e
     """
@@ -106,7 +106,7 @@ def test_acceleration_and_deceleration_of_a_line() -> None:
 
 
 def test_circular_interpolation_goes_through_the_first_point_to_the_second() -> None:
-    """From (0, 0) through (10, 10) to (20, 0) mm: centre (10, 0), radius 10 mm.
+    """The arc goes from (0, 0) through (10, 10) to (20, 0) mm: centre (10, 0), radius 10 mm.
 
     Source: remote command guide 4.2.1, circular interpolation
     """
@@ -128,7 +128,7 @@ def test_circular_interpolation_goes_through_the_first_point_to_the_second() -> 
     ],
 )
 def test_an_impossible_arc_is_refused(words: tuple[int, ...], expected: tuple[int, ...]) -> None:
-    """To (0, 200) mm through (10, 10) mm: centre (-90, 100), radius 134.5, so x gets to 44.5 mm.
+    """The arc to (0, 200) mm through (10, 10) mm has centre (-90, 100), radius 134.5: x up to 44.5.
 
     Source: remote command guide 4.2.1, circular interpolation
     """
@@ -145,7 +145,10 @@ def test_an_impossible_arc_is_refused(words: tuple[int, ...], expected: tuple[in
 
 
 def test_a_thousandth_of_a_millimetre_beside_the_line_bends_it_where_it_is_short() -> None:
-    """Seen over 700 mm it makes an arc, over 1000 mm the points count as one line. Rule: arc."""
+    """Over 700 mm the deviation makes an arc; over 1000 mm the points count as a line.
+
+    Rule: arc.
+    """
     points = {
         19: Point((700_000, 1, 0, 0, 0, 0)),
         20: Point((1_000_000, 1, 0, 0, 0, 0)),
@@ -203,7 +206,7 @@ def test_in_pulses_axis_4_moves_alone() -> None:
 def test_the_arm_takes_the_hand_system_of_the_target(
     scara: tuple[int, ...], hand: int, arm: int
 ) -> None:
-    """By command and by point; arm rotation does not count.
+    """A command and a point both set it; arm rotation does not count.
 
     Rule: hand-system.
     Source: remote command guide 4.2.1, direct PTP designation (millimeter units), cc

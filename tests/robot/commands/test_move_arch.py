@@ -14,7 +14,7 @@ ARCH_POINT = Point((50_000, -25_000, 20_000, 0, 0, 0))
 
 
 def _arch_words(flags: int, axes: int, position: int, first: int, second: int) -> tuple[int, ...]:
-    """0x0002 at 10 % to point 19."""
+    """Return the words of an arch movement at 10 % to point 19, with 0x0002."""
     return (0x0002, flags | 4, axes, 10, 19, 0, 0, 0, *low_high(position, first, second))
 
 

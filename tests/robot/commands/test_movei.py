@@ -18,7 +18,7 @@ def _mover(**config: Any) -> Master:
 
 
 def _interrupt(master: Master, *words: int) -> int:
-    """Stop a movement after 200 ms and release the stop; where axis 1 stands then."""
+    """Stop a movement after 200 ms, release the stop, and return the position of axis 1."""
     before = master.robot.positions[0]
     master.send(*words)
     master.run(200)
@@ -34,7 +34,7 @@ def _interrupt(master: Master, *words: int) -> int:
 
 @pytest.mark.parametrize("code", [0x0009, 0x000A])
 def test_movei_moves_by_the_distance_of_the_point(code: int) -> None:
-    """From where the robot is, and again from there.
+    """The movement starts where the robot is; a second one starts at the end of the first.
 
     Source: remote command guide 4.2.2, PTP designation and linear interpolation
     """
@@ -143,7 +143,7 @@ def test_an_interrupted_movei_goes_on_at_another_speed_and_after_a_second_interr
     ],
 )
 def test_movei_starts_anew_after_another_movement(words: tuple[int, ...], way: int) -> None:
-    """That movement starts from where the robot is, too. Rule: movei-start."""
+    """The other movement also starts where the robot is. Rule: movei-start."""
     master = _mover()
     stands = _interrupt(master, 0x0009, 0x0004, 0, 20, 19)
     assert master.execute(*words)[0] == NORMAL
@@ -164,7 +164,7 @@ def test_movei_takes_the_hand_system() -> None:
 
 @pytest.mark.parametrize("stopped", [False, True])
 def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -> None:
-    """The next one is taken though the axis still creeps, and a stop now interrupts nothing.
+    """The next command is accepted although the axis still creeps, and a stop interrupts nothing.
 
     Rule: arrival, relative-kept, robots-move.
     """
@@ -182,5 +182,5 @@ def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -
     assert here < 1000
     assert master.execute(*movei)[0] == 0x0200
     master.run(1000)
-    crept = master.robot.positions[0] - 1000 - here  # until the next one began: TOLE is 80
+    crept = master.robot.positions[0] - 1000 - here  # until the next movement began: TOLE is 80
     assert crept == 0 if stopped else 0 < crept <= 80

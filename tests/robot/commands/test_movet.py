@@ -38,7 +38,7 @@ def test_without_a_hand_on_the_r_axis_the_tool_lies_as_the_robot(code: int) -> N
 
 @pytest.mark.parametrize("code", [0x0044, 0x0045])
 def test_a_hand_on_the_r_axis_turns_the_tool(code: int) -> None:
-    """R stands at 90 degrees: X of the tool is Y of the robot, where 1 mm is 500 pulses.
+    """R is at 90 degrees: X of the tool is Y of the robot, where 1 mm is 500 pulses.
 
     Rule: movet.
     Source: remote command guide 4.2.21

@@ -17,7 +17,7 @@ SEMI = Axis(start=700, type="semi_absolute")
 
 
 def _master(*axes: Axis, **config: Any) -> Master:
-    """Servos on; each group of axes takes 200 ms to its origin."""
+    """Return a master with servos on; each group of axes takes 200 ms to its origin."""
     return servos_on(axes=axes, origin_time=200, **config)
 
 
@@ -39,7 +39,9 @@ def _master(*axes: Axis, **config: Any) -> Master:
 def test_the_axis_moves_to_the_nearest_position_where_absolute_reset_can_be_executed(
     start: int, direction: str, end: int
 ) -> None:
-    """Positions are at every 1/4 rotation of the motor; an axis that is at one stays there.
+    """Positions are at every 1/4 rotation of the motor.
+
+    An axis at such a position does not move.
 
     Rule: absolute-reset, absolute-reset-model.
     Source: remote command guide 4.2.10
@@ -59,10 +61,10 @@ def test_a_motor_has_16384_pulses_per_rotation_unless_the_robot_file_says_otherw
 
 
 def test_the_movement_is_made_at_manual_speed() -> None:
-    """From 4999 to 0 pulses at 50 % of 10 000 pulses/s, with 500 000 pulses/s^2.
+    """The axis moves from 4999 to 0 pulses at 50 % of 10 000 pulses/s, with 500 000 pulses/s^2.
 
-    10 ms up and 10 ms down over 25 pulses each, 4949 pulses at 5000 pulses/s in 989.8 ms: at the
-    cycle at 1010 ms; and the cycle that takes the command.
+    It needs 10 ms up and 10 ms down for 25 pulses each, and 989.8 ms for 4949 pulses at 5000
+    pulses/s: it ends in the cycle at 1010 ms, plus the cycle that accepts the command.
 
     Rule: absolute-reset-model.
     """
@@ -137,7 +139,7 @@ def test_the_axis_is_one_of_the_designated_robot(code: int) -> None:
 def test_which_axes_a_return_to_origin_in_robot_units_moves(
     flags: int, positions: list[int], complete: list[bool]
 ) -> None:
-    """A semi-absolute axis searches where it is, together with the incremental ones.
+    """A semi-absolute axis searches at its position, together with the incremental axes.
 
     Rule: origin-command, origin-command-axes.
     Source: remote command guide 4.2.12, robot units
@@ -195,7 +197,7 @@ def test_with_no_axis_to_move_the_command_ends_normally() -> None:
 
 
 def test_mark_method_axes_do_not_take_part_in_a_return_to_origin() -> None:
-    """One that is incomplete prevents it.
+    """An incomplete mark method axis prevents the return.
 
     Rule: origin-command-mark.
     Source: manual chapter 5, 2, SI(17)
@@ -252,7 +254,7 @@ def test_these_movements_need_the_servo_and_no_stop(axis: Axis, words: tuple[int
 
 @pytest.mark.parametrize(("name", "number"), [("SI06", "12.400"), ("SI00", "12.600")])
 def test_a_stop_ends_a_return_to_origin_by_command(name: str, number: str) -> None:
-    """The axis on its way has no origin; the one that was to follow keeps its own.
+    """The moving axis has no origin then; the axis that was to follow keeps its origin.
 
     Rule: origin-command-needs.
     Source: remote command guide 1.2

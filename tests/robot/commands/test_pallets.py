@@ -134,7 +134,7 @@ def test_the_points_of_a_pallet_have_the_same_unit() -> None:
 
 
 def test_a_position_beyond_32_bits_is_refused() -> None:
-    """At the far end of Z and X: 2^31 - 1 + 1.
+    """At the far end of Z and X the position is 2^31 - 1 + 1.
 
     Rule: overflow.
     Source: remote command guide 4.4.3

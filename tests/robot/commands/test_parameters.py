@@ -33,7 +33,7 @@ def _write(master: Master, number: int, axes: int, value: int, robot: int = 0) -
 
 
 def _read(master: Master, number: int, axes: int, robot: int = 0) -> tuple[int, ...]:
-    """Words m+8 and m+10; all others are as they must be."""
+    """Check the other response words, and return m+8 and m+10."""
     answer = master.execute(robot << 12 | READ, 0, number, axes)
     assert answer[:4] == (0x0200, 0, number, axes)
     assert answer[6:] == (0,) * 10
@@ -56,7 +56,7 @@ def test_an_axis_parameter_takes_its_whole_range(number: int, limits: tuple[int,
     ("number", "axes", "limit"), [(WEIGHT, 0, 30), (WEIGHTG, 0, 30_000), (AXWGHT, 1, 30)]
 )
 def test_a_payload_is_0_to_the_maximum_payload(number: int, axes: int, limit: int) -> None:
-    """Here 30 kg. Rule: payload. Source: remote command guide 4.4.2."""
+    """The maximum payload is 30 kg here. Rule: payload. Source: remote command guide 4.4.2."""
     master = ready(max_payload=30)
     for value in (0, limit):
         assert _write(master, number, axes, value) == NORMAL_END

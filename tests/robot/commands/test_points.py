@@ -128,7 +128,10 @@ def test_a_sum_beyond_32_bits_changes_nothing() -> None:
 
 @pytest.mark.parametrize("code", [ASSIGN, ADD, SUBTRACT])
 def test_both_points_must_be_defined(code: int) -> None:
-    """Only the destination of an assignment need not be. Source: remote command guide 4.4.3."""
+    """Only the destination of an assignment may be undefined.
+
+    Source: remote command guide 4.4.3.
+    """
     master = ready(points={1: PULSES}, undefined_point_alarm="6.5")
     assert master.execute(code, 0, 1, 2) == abnormal_end("6.5")
     assert master.robot.points == {1: PULSES}

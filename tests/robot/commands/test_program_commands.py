@@ -72,7 +72,7 @@ def test_all_16_tasks_can_be_taken_and_then_no_task_is_vacant() -> None:
 
 
 def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
-    """What was there leaves the table; the program is at its first line. Rule: task-table."""
+    """The old program leaves the task; the new one is at its first line. Rule: task-table."""
     master = program_master()
     master.execute(*telegram(REGISTER, NUMBER, program=2, task=2, priority=5))
     master.execute(*telegram(SKIP, NUMBER, program=1))
@@ -220,7 +220,7 @@ def test_the_auto_operation_start_input_runs_all_programs_in_a_task_too() -> Non
 
 
 def test_the_start_input_has_no_effect_while_a_program_runs() -> None:
-    """Not even on programs that do not. Rule: program-start."""
+    """This includes programs that do not run. Rule: program-start."""
     master = registered_master(3)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.pulse("SI12")
@@ -245,7 +245,7 @@ def test_stopped_programs_go_on_and_ended_programs_stay_ended() -> None:
 
 
 def test_two_orders_in_a_row_are_both_carried_out() -> None:
-    """Also where the first program is not yet started when the second one is ordered."""
+    """The second program may be ordered before the first one has started."""
     master = registered_master(2, program_start_delay=500)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.execute(*telegram(EXECUTE, NUMBER, program=2))
@@ -334,7 +334,7 @@ def test_a_program_name_may_be_filled_with_spaces_or_with_zeros(filled: bytes) -
 )
 @pytest.mark.parametrize("code", [REGISTER, 0x0402, 0x0403, 0x0404, 0x0405, 0x0406, INFO])
 def test_a_name_with_an_inner_space_or_with_both_fillers_is_refused(code: int, name: bytes) -> None:
-    """Letters (uppercase), numbers and underscores; then one filler.
+    """A name consists of letters (uppercase), numbers and underscores, then one kind of filler.
 
     Rule: name-filler.
     Source: remote command guide 4.6.1 to 4.6.4.

@@ -122,7 +122,7 @@ def test_a_program_that_begins_again_is_at_its_first_line_after_the_last_step() 
 
 @pytest.mark.parametrize(("loop", "shown"), [(False, 0b110), (True, 0b111)])
 def test_after_its_last_line_a_program_ends_or_begins_again(loop: bool, shown: int) -> None:
-    """To run all does not start a program that has ended beside one that is ready.
+    """Running all programs does not start an ended program while another one is ready.
 
     Rule: program-lines, execute-programs.
     """

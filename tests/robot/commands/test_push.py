@@ -16,20 +16,20 @@ EVERY = [0x004B, 0x004C, 0x004D]
 
 
 def _mover(workpiece: int | None = 4_500, **config: Any) -> Master:
-    """Axis 3 has 500 pulses/mm; a workpiece stands at 4500 pulses = 9.000 mm."""
+    """Return a robot whose axis 3 has 500 pulses/mm; a workpiece is at 4500 pulses = 9.000 mm."""
     axes = (Axis(start=1), Axis(start=2), Axis(pulses_per_mm=500, workpiece=workpiece), Axis())
     point = Point((7, 7, 10_000, 7, 0, 0), mm=True)
     return mover(**{"axes": axes, "points": {19: point}, **config})
 
 
 def _words(code: int, flags: int = 0, force: int = 0, time: int = 0) -> tuple[int, ...]:
-    """Axis 3 to 5000 pulses = 10.000 mm with 50 %."""
+    """Return the words that push axis 3 to 5000 pulses = 10.000 mm with 50 %."""
     target = {0x004B: (19, 0), 0x004C: (10_000, 0), 0x004D: (5_000, 0)}[code]
     return (code, flags | ONE | 0x0004, AXIS_3, 50, *target, 0, 0, force & 0xFFFF, time)
 
 
 def _pushes_for(master: Master, *words: int) -> int:
-    """From reaching 4500 pulses to the end status [ms]."""
+    """Return the time from reaching 4500 pulses to the end status [ms]."""
     master.send(*words)
     touched = 0
     for _ in range(7_000):
@@ -44,7 +44,7 @@ def _pushes_for(master: Master, *words: int) -> int:
 
 @pytest.mark.parametrize("code", EVERY)
 def test_push_completed_at_time_out(code: int) -> None:
-    """The axis stands at the workpiece, also when that is gone; bit 0 of m+6 is 1.
+    """The axis is at the workpiece, even if that is removed then; bit 0 of m+6 is 1.
 
     Rule: push.
     Source: remote command guide 4.2.23, p
@@ -59,7 +59,7 @@ def test_push_completed_at_time_out(code: int) -> None:
 
 @pytest.mark.parametrize("code", EVERY)
 def test_push_ended_in_a_status_other_than_time_out(code: int) -> None:
-    """Nothing stands in its way: the target is reached, and bit 0 of m+6 is 0.
+    """Without a workpiece the axis reaches its target, and bit 0 of m+6 is 0.
 
     Rule: push.
     Source: remote command guide 4.2.23, p
@@ -72,7 +72,7 @@ def test_push_ended_in_a_status_other_than_time_out(code: int) -> None:
 
 @pytest.mark.parametrize("time", [1, 250, 32767])
 def test_the_push_time_period(time: int) -> None:
-    """In cycles of 5 ms. Source: remote command guide 4.2.23, jjjj."""
+    """The time counts in cycles of 5 ms. Source: remote command guide 4.2.23, jjjj."""
     pushed = _pushes_for(_mover(workpiece=4_500), *_words(0x004D, TIME, time=time))
     assert time <= pushed < time + 10 if time > 5 else pushed <= 10
 
@@ -84,7 +84,7 @@ def test_without_a_push_time_period_the_parameter_counts() -> None:
 
 
 def test_a_workpiece_that_gives_way_restarts_the_time() -> None:
-    """It is taken away after 100 of 200 ms: the axis goes on to its target. Rule: push-model."""
+    """It is removed after 100 of 200 ms: the axis continues to its target. Rule: push-model."""
     master = _mover()
     master.send(*_words(0x004D, TIME, time=200))
     master.run(250)

@@ -28,7 +28,7 @@ def _word(master: Master, number: int) -> int:
 
 
 def test_the_examples_define_word_24_as_the_motor_duty_of_robot_1_axis_2_and_show_it() -> None:
-    """Enabled, it is put out: -10 % of the maximum torque is 50 % of the rated one.
+    """When enabled, the output shows -10 % of the maximum torque as 50 % of the rated torque.
 
     Rule: real-time-output, real-time-items.
     Source: remote command guide 4.9.1, 4.9.2, 4.9.3
@@ -78,7 +78,7 @@ def test_words_that_are_not_put_out_are_the_robot_programs() -> None:
 
 
 def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
-    """Also in cycles in which the master changes nothing. Rule: real-time-update."""
+    """They follow even if the master changes nothing. Rule: real-time-update."""
     axes = (Axis(moving_torque=10), Axis())
     master = _master(axes=axes)
     master.pulse("SI01")

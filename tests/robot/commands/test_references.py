@@ -16,7 +16,7 @@ TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2, robot_type=5000), Axis(robot=2, robo
 
 
 def _data(*words: int) -> tuple[int, ...]:
-    """m+4 and on; m+2 and all behind is 0."""
+    """Return the response words from m+2 on: 0, the given words, then zeros."""
     return (0, *words, *(0,) * (14 - len(words)))
 
 
@@ -130,7 +130,7 @@ def test_the_example_shows_the_origins_of_robot_1() -> None:
 
 
 def test_robot_0_is_the_entire_system() -> None:
-    """One state in m+4, also with a motor type, which counts for robots 1 to 4 only.
+    """m+4 has one state, also with a motor type, which applies to robots 1 to 4 only.
 
     Rule: origin-system.
     Source: remote command guide 4.7.11
@@ -200,7 +200,7 @@ def test_a_negative_torque_is_shown_as_such() -> None:
 
 
 def test_the_max_torque_limits_what_is_shown() -> None:
-    """From the next movement on. Rule: torque-model."""
+    """The limit applies from the next movement on. Rule: torque-model."""
     master = powered_up(axes=(Axis(holding_torque=90),))
     master.pulse("SI01")
     assert answer_of(master, 0x0510) == _data(90)

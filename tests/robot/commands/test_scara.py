@@ -25,7 +25,7 @@ LEFT_HANDED = 2
 
 
 def _words(name: str, **values: Any) -> tuple[int, ...]:
-    """A command to robot 1 by the names of its fields."""
+    """Return the words of a command to robot 1, by the names of its fields."""
     return command(name).encode(values, 1)
 
 
@@ -55,7 +55,7 @@ def _robot(at: int = 0, **config: Any) -> Master:
 
 
 def _at(master: Master) -> tuple[float, ...]:
-    """Where the tool is by the position reference [mm, degree]."""
+    """Return the position of the tool from the position reference [mm, degree]."""
     low_words = master.execute(POSITION)[4:12]
     pairs = zip(low_words[::2], low_words[1::2], strict=True)
     values = [low | high << 16 for low, high in pairs]
@@ -83,7 +83,9 @@ def test_a_point_in_millimetres_is_reached_with_the_designated_arm() -> None:
 
 
 def test_a_point_with_a_hand_system_is_reached_with_that_arm() -> None:
-    """The same place with axis 2 on the other side; the arm status tells how the arm stands.
+    """The same place is reached with axis 2 on the other side.
+
+    The arm status shows the arm's pose.
 
     Rule: robot-arm.
     Source: remote command guide 4.2.1, 4.7.10
@@ -145,7 +147,10 @@ def test_no_axis_is_faster_on_a_line_than_it_can() -> None:
 
 
 def test_an_arc_is_round_in_millimetres() -> None:
-    """From (150, 240) through (0, 300) to (-150, 240): radius 217.5, centre (0, 82.5) mm."""
+    """From (150, 240) through (0, 300) to (-150, 240) mm.
+
+    The radius is 217.5 mm, the centre (0, 82.5) mm.
+    """
     master = _robot(at=1)
     way = way_of(master, ARC, 0, 0, 0, 7, 2)
     for at in way:
@@ -222,7 +227,7 @@ def test_the_stretched_arm_takes_no_line_but_ptp() -> None:
 
 
 def test_a_relative_movement_in_millimetres_moves_the_arms_it_needs() -> None:
-    """100 mm to the left, 20 mm down; the arm stays as it stands."""
+    """The tool moves 100 mm to the left and 20 mm down; the hand system stays the same."""
     master = _robot(at=3)
     distances = (-100_000, 0, 20_000, 0, 0, 0)
     words = _words("MoveIDirectMm", axis_designation=1, axes=X | Z, distances=distances)
@@ -258,7 +263,7 @@ def test_a_jog_along_x_goes_straight_until_an_axis_or_the_outer_range() -> None:
 
 
 def test_the_tool_at_the_end_of_a_hand_on_r_goes_to_the_point() -> None:
-    """The flange stands 30 mm before the point where the hand is 30 mm long and R is 0."""
+    """The flange is 30 mm before the point if the hand is 30 mm long and R is 0."""
     master = _robot(hands={(1, 3): Hand((30_000, 0, 10_000, 1))})
     assert master.execute(*_words("SelectHand", hand_number=3))[0] == NORMAL
     master.execute(PTP, 0, 0, 0, 1)
@@ -286,7 +291,7 @@ def test_the_public_list_has_every_alarm_that_a_knob_takes_from_it() -> None:
 
 
 def test_a_line_without_a_hand_system_keeps_the_arm_as_it_stands() -> None:
-    """The robot stands left-handed, the designation is right-handed. Rule: robot-arm."""
+    """The robot is left-handed, the designation right-handed. Rule: robot-arm."""
     master = _robot(at=3)
     assert master.execute(LINE, 0, 0, 0, 2)[0] == NORMAL
     assert _at(master) == pytest.approx((-150, 240, 50, 0), abs=0.01)

@@ -101,7 +101,7 @@ def test_servo_on_takes_its_time() -> None:
 
 
 def test_servo_on_goes_on_in_a_copy_of_the_state() -> None:
-    """What is taken back with a snapshot ends there, and changes nothing outside of it.
+    """After a restore the servo on ends in the copy, and changes nothing outside of it.
 
     Rule: servo-on-command.
     """
@@ -136,7 +136,7 @@ def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
 
 
 def test_servo_on_needs_motor_power() -> None:
-    """Or brings it ON, if the robot file says so. Rule: servo-on-command."""
+    """With another setting it switches the power ON. Rule: servo-on-command."""
     master = powered_up(motor_power_alarm="1.4")
     assert master.execute(ON, 0, 0x0001) == abnormal_end("1.4")
     assert not master.on("SO02")

@@ -86,7 +86,7 @@ def test_automatic_and_program_speed_slow_a_movement_down(setting: int) -> None:
 
 @pytest.mark.parametrize(("code", "define"), [(SHIFT, 0x010C), (HAND, 0x0110)])
 def test_a_shift_or_hand_that_was_never_defined_may_be_refused(code: int, define: int) -> None:
-    """One that has been defined is selected. Rule: select-undefined."""
+    """A defined shift or hand is selected. Rule: select-undefined."""
     master = powered_up(undefined_data_alarm="1.2")
     assert master.execute(code, 0, 3) == abnormal_end("1.2")
     assert _values(master)[code] == 0

@@ -46,7 +46,7 @@ END_PROGRAM
 
 
 def _statuses(master: Master, words: tuple[int, ...]) -> list[int]:
-    """The statuses from a command to its end, each once."""
+    """Return the statuses from a command to its end, each once."""
     master.send(*words)
     seen = []
     while master.status not in (NORMAL, ABNORMAL):
@@ -107,7 +107,7 @@ def test_a_refused_command_ends_abnormally_with_or_without_the_run_status(knob: 
 
 
 def _shown(cell: Cell) -> Iterable[list[int]]:
-    """For each command of the trace: the statuses that the controller showed, each once."""
+    """Return the statuses that the controller showed for each command of the trace, each once."""
     statuses = [int.from_bytes(cycle.rcx_so[:2], "little") for cycle in cell.trace.cycles()]
     shown = [status for status, _ in groupby(statuses)]
     at_rest = [at for at, status in enumerate(shown) if status == READY]
@@ -115,7 +115,7 @@ def _shown(cell: Cell) -> Iterable[list[int]]:
 
 
 def _execute(cell: Cell, block: str) -> None:
-    """A rising edge, until Done; then Execute falls."""
+    """Give Execute a rising edge, wait for Done, and reset Execute."""
     cell[f"Main.{block}.Execute"] = True
     cell.run_until(lambda: bool(cell[f"Main.{block}.Done"]), within="1s")
     assert not cell[f"Main.{block}.Error"]
@@ -143,7 +143,7 @@ def test_the_blocks_take_both(
     knob: str,
     expected: set[tuple[int, ...]],
 ) -> None:
-    """FB_RemoteCommand, and two generated blocks: what one wrote the other reads.
+    """FB_RemoteCommand and two generated blocks: one writes a value, the other reads it.
 
     Source: remote command guide 1.2, code 0x0100; 2, step 3
     """

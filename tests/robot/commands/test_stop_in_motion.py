@@ -57,7 +57,7 @@ STOPS: dict[str, tuple[Callable[[Master], object], str]] = {
 @pytest.mark.parametrize("what", STOPS)
 @pytest.mark.parametrize("name", MOVEMENTS)
 def test_a_stopped_movement_ends_where_it_is_and_shows_no_position(name: str, what: str) -> None:
-    """In the cycle of the stop, and it does not go on by itself afterwards.
+    """It ends in the cycle of the stop, and does not continue by itself afterwards.
 
     Rule: halt, stop-in-motion.
     Source: remote command guide 1.2, code 0x4000
@@ -98,7 +98,7 @@ def test_a_snapshot_in_motion_goes_on_as_the_original_does(name: str) -> None:
 
 
 def _areas(master: Master) -> list[bytes]:
-    """What the master sees in every cycle until the end status."""
+    """Return what the master sees in every cycle until the end status."""
     seen = []
     for _ in range(3_000):
         master.run(5)
@@ -136,7 +136,7 @@ def test_an_arc_is_stopped_on_the_arc(where: int) -> None:
 
 
 def _interrupted(master: Master, name: str) -> None:
-    """Stopped after 200 ms; ready for the next command."""
+    """Return a master whose movement was stopped after 200 ms; it is ready for a command."""
     master.send(*MOVEMENTS[name])
     master.run(200)
     master.turn_and_wait("SI06", False)
@@ -197,7 +197,7 @@ def test_after_an_emergency_stop_the_original_target_is_kept_too(name: str, what
     [("PTP", "TOLE", 0), ("line", "TOLE", 0), ("arch", "OUTPOS", 0)],
 )
 def test_a_command_may_end_within_the_tolerance(name: str, parameter: str, left: int) -> None:
-    """The axis goes on to its target while the end status is shown.
+    """The axis continues to its target while the end status is shown.
 
     Rule: arrival.
     Source: remote command guide 4.2.1, arch designation, step 4

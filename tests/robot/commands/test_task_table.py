@@ -20,7 +20,7 @@ from rcx_harness.robot import RobotProgram
 
 
 def _only(**at: int) -> list[int]:
-    """Values of tasks 1 to 8 by `task1=…`; all others have no task."""
+    """Return values of tasks 1 to 8 by `task1=…`; all other tasks are empty."""
     return [at.get(f"task{number}", NO_TASK) for number in range(1, 9)]
 
 

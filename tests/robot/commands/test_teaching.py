@@ -12,7 +12,7 @@ AXES = (Axis(pulses_per_mm=500.0), Axis(), Axis(robot=2, pulses_per_mm=2000.0))
 
 
 def _master(**config: Any) -> Master:
-    """Robot 1 at 1234 and -2001 pulses, robot 2 at 3."""
+    """Return a master with robot 1 at 1234 and -2001 pulses, robot 2 at 3."""
     master = powered_up(**{"axes": AXES, **config})
     master.robot.positions[:] = [1234, -2001, 3]
     return master

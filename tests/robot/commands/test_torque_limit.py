@@ -15,7 +15,7 @@ def _master(**config: Any) -> Master:
 
 
 def test_the_torque_becomes_effective_at_the_next_movement_command() -> None:
-    """On the axes that move: the axis that is not designated keeps what it had.
+    """It applies to the axes that move: an axis without designation keeps its limit.
 
     Rule: torque-limit.
     Source: remote command guide 4.2.22

@@ -24,7 +24,7 @@ def _mover(**config: Any) -> Master:
 
 
 def test_a_command_for_robot_2_is_not_executed_while_robot_1_moves() -> None:
-    """The status is 0x0100: the second command is a change of the first, which goes on.
+    """The status is 0x0100: the second command counts as a change of the first, which continues.
 
     Source: remote command guide 1.1
     """
@@ -47,7 +47,7 @@ def test_a_command_for_robot_2_is_not_executed_while_robot_1_moves() -> None:
 )
 @pytest.mark.parametrize("code", [0x001, 0x003])
 def test_a_movement_moves_the_axes_of_its_robot(code: int, robot: int, expected: list[int]) -> None:
-    """And answers with their position, axis 1 first. Source: remote command guide 4.2.1, R."""
+    """The answer has their positions, axis 1 first. Source: remote command guide 4.2.1, R."""
     master = _mover()
     answer = master.execute(robot << 12 | code, PULSE_OUTPUT, 0, 0, 19)
     assert master.robot.positions == expected
@@ -55,7 +55,7 @@ def test_a_movement_moves_the_axes_of_its_robot(code: int, robot: int, expected:
 
 
 def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:
-    """The robot whose axis returns to its origin takes no movement.
+    """The robot whose axis returns to its origin does not accept a movement.
 
     Rule: robots-move, movement-beside.
     """
@@ -72,7 +72,7 @@ def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:
 
 
 def test_a_robot_that_moves_takes_no_other_movement() -> None:
-    """Here one that no remote command has started. Rule: robots-move."""
+    """The running movement was not started by a remote command. Rule: robots-move."""
     master = _mover(moving_alarm="6.7")
     path = PtpPath([AxisMove(0, 0, 100_000, 50_000, 5e6, 5e6)])
     master.robot.machine.move(1, path)
@@ -107,7 +107,7 @@ def test_the_stop_input_stops_all_robots() -> None:
 
 
 def test_servo_off_of_one_robot_leaves_the_other_one_moving() -> None:
-    """By the machine itself: over the network there is one remote command at a time.
+    """The test uses the machine directly, since the network allows one remote command at a time.
 
     Rule: robots-move.
     """

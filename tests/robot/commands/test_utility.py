@@ -29,7 +29,7 @@ AXES = (Axis(), Axis(), Axis(robot=2))
 
 
 def _master(**config: Any) -> Master:
-    """It shows its data by real time output.
+    """Return a master that sees data by real time output.
 
     In words 24 to 26 for robot 1, axis 1; 27 to 29 axis 2; 30 to 32 robot 2; 33 to 35 the system.
     """
@@ -54,7 +54,7 @@ def _system(master: Master) -> tuple[int, int, int]:
 
 
 def _at_work(**config: Any) -> Master:
-    """Servos on three times, moved by 120 mm and 45 mm and at work for at least 3 s."""
+    """Return a robot after servos on (three times), 120 mm and 45 mm of movement, and 3 s."""
     master = _master(**config)
     for _ in range(2):
         master.pulse("SI01")
@@ -117,7 +117,7 @@ def test_a_servo_that_stays_on_is_not_counted_again() -> None:
 
 
 def test_power_on_motor_power_on_and_operating_time_are_accumulated() -> None:
-    """They survive a power cycle, and time without power does not count.
+    """The figures survive a power cycle, and time without power does not count.
 
     Rule: accumulated, real-time-stored.
     Source: remote command guide 4.8.5

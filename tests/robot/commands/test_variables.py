@@ -23,7 +23,7 @@ def _words(number: int, value: float) -> tuple[int, ...]:
 
 
 def _with(values: dict[int, float], **config: Any) -> Master:
-    """A controller with these variables, assigned by commands."""
+    """Return a controller with these variables, assigned by commands."""
     master = ready(**config)
     for number, value in values.items():
         assert master.execute(ASSIGN, 0, number, 0, *_words(number, value)) == NORMAL_END
@@ -104,7 +104,7 @@ def test_a_variable_can_be_calculated_with_itself() -> None:
 
 
 def test_real_numbers_have_single_precision() -> None:
-    """0.1 + 0.2 is 0x3E99999A; 2^24 + 1 cannot be told from 2^24.
+    """0.1 + 0.2 is 0x3E99999A; 2^24 + 1 equals 2^24.
 
     Rule: mixed-arithmetic.
     Source: remote command guide 4.4.1, caution on significant digits
@@ -188,7 +188,7 @@ def test_an_overflow_changes_nothing(number: int, own: float, operator: str, val
 
 
 def test_a_real_number_that_an_integer_cannot_hold_changes_nothing() -> None:
-    """2^31 is one too many, -2^31 is not. Rule: overflow. Source: remote command guide 4.4.1."""
+    """2^31 is one too large; -2^31 is legal. Rule: overflow. Source: remote command guide 4.4.1."""
     master = _with({1: 5, SGR0: 2.0**31, 257: -(2.0**31)}, overflow_alarm="6.2")
     assert master.execute(VARIABLE["="], 0, 1, 0, SGR0) == abnormal_end("6.2")
     assert _read(master, 1) == long_words(5)

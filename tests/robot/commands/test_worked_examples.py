@@ -23,7 +23,7 @@ EXAMPLES: Mapping[int, Mapping[str, Any]] = {
 JOGS = [number for number, example in EXAMPLES.items() if "stopped_by" in example.get("state", {})]
 OTHERS = [number for number in EXAMPLES if number not in JOGS]
 
-#: Where print and prose disagree: what the controller makes of the words that are printed.
+#: Examples whose print and prose disagree, with the controller's reaction to the printed words.
 HOLDS, SAME, REFUSED, KNOB, NONE = (
     "the print holds",
     "the printed command ends as the meant one",
@@ -58,7 +58,7 @@ def _words(text: str) -> tuple[int, ...]:
 
 
 def _meant(example: Mapping[str, Any], side: str) -> tuple[int, ...]:
-    """The words that count of `command` or `response`."""
+    """Return the words of `command` or `response` as the manual means them."""
     return _words(example.get(f"meant_{side}", example[side]))
 
 
@@ -68,7 +68,7 @@ def _section(number: int) -> str:
 
 @pytest.mark.parametrize("number", OTHERS, ids=_section)
 def test_the_command_of_the_example_is_answered_as_printed(number: int) -> None:
-    """Word by word, m to m+30; and what the prose says is found done, without any violation.
+    """All words from m to m+30 agree, and the effect in the prose is there, without a violation.
 
     Rule: versions, flag-bit-0, millimetres.
     Source: remote command guide 4.2.1 to 4.9.3, examples
@@ -82,7 +82,7 @@ def test_the_command_of_the_example_is_answered_as_printed(number: int) -> None:
 
 
 def _jog(example: Mapping[str, Any], start: list[int]) -> tuple[Master, tuple[int, ...]]:
-    """Jog from `start` for 100 ms until the stop input goes OFF; the words at the end."""
+    """Jog from `start` until the stop input goes OFF after 100 ms, and return the words."""
     state = example["state"]
     master = in_state({"start_pulses": start})
     master.send(*_words(example["command"]))
@@ -94,7 +94,7 @@ def _jog(example: Mapping[str, Any], start: list[int]) -> tuple[Master, tuple[in
 
 @pytest.mark.parametrize("number", JOGS, ids=_section)
 def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: int) -> None:
-    """The start is free: the way of a first jog shows from where a second one gets there.
+    """The start is free: a first jog shows how far away a second jog must start.
 
     Rule: jog-stop.
     Source: remote command guide 4.2.6, examples
@@ -115,7 +115,7 @@ def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: i
 
 
 def test_the_table_names_every_example_where_print_and_prose_disagree() -> None:
-    """And no other; where words are meant that are not printed, it says what becomes of these."""
+    """It names no other example. For words that are meant but not printed, it gives the result."""
     assert {number for number, example in EXAMPLES.items() if "differs" in example} == {*DIFFERENT}
     meant = {number for number, example in EXAMPLES.items() if "meant_command" in example}
     assert meant == {number for number, what in DIFFERENT.items() if what in (SAME, REFUSED)}
@@ -164,7 +164,7 @@ def test_where_no_answer_is_printed_it_is_a_normal_end_without_data() -> None:
 
 
 def test_the_push_of_the_print_lasts_50_ms_and_that_of_the_prose_100_ms() -> None:
-    """From when the axis stands at the workpiece.
+    """The time counts from the moment when the axis is at the workpiece.
 
     Source: remote command guide 4.2.23, examples, push time-period
     """
@@ -180,7 +180,7 @@ def test_the_push_of_the_print_lasts_50_ms_and_that_of_the_prose_100_ms() -> Non
 
 
 def test_the_move_to_point_19_that_chapter_2_shows() -> None:
-    """No position is asked for, so all response words are 0.
+    """The command requests no position, so all response words are 0.
 
     Source: remote command guide chapter 2, example
     """

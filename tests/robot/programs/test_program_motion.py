@@ -126,7 +126,7 @@ def test_the_speed_of_a_movement_is_a_part_of_the_automatic_speed() -> None:
 
 
 def test_stopon_ends_the_movement_and_the_program_continues() -> None:
-    """The axis stands where it is when SI(20) turns ON.
+    """The axis stops where it is when SI(20) turns ON.
 
     Rule: robot-language.
     """
@@ -153,7 +153,7 @@ def test_an_output_turns_on_when_the_tool_has_moved_a_distance() -> None:
 
 
 def test_a_stop_input_interrupts_a_movement_and_the_next_start_continues_it() -> None:
-    """The line stays the one of the movement, which begins again from where the robot stands.
+    """The program stays in the line of the movement, which restarts from the robot's position.
 
     Rule: robot-language.
     Source: manual, chapter 1, 4.2 (SI(06), SI(12)); chapter 5 (stop)
@@ -188,7 +188,7 @@ def test_an_interrupted_relative_movement_continues_to_its_first_target() -> Non
 
 
 def test_an_emergency_stop_ends_program_and_movement_and_switches_the_servos_off() -> None:
-    """The program stands at its movement with the servos off, and a start is refused there.
+    """The program stays at its movement with the servos off, and a start is refused.
 
     Rule: robot-language.
     Source: manual, chapter 1, 4.2 (SI(00))
@@ -216,7 +216,7 @@ def test_an_emergency_stop_ends_program_and_movement_and_switches_the_servos_off
 def test_a_movement_that_is_refused_stops_the_program_with_the_alarm(
     text: str, number: str
 ) -> None:
-    """The alarm is the one of the remote command.
+    """The alarm is that of the remote command.
 
     Rule: robot-language.
     """

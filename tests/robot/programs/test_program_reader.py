@@ -225,7 +225,7 @@ unknown
 
 
 def test_a_robot_file_takes_all_data_from_a_controller_file(tmp_path: Path) -> None:
-    """What the robot file has itself comes first.
+    """Data of the robot file itself have priority.
 
     Rule: robot-language.
     """

@@ -107,7 +107,7 @@ def test_variables_without_a_type_character_can_be_integers() -> None:
     ],
 )
 def test_an_impossible_value_gets_an_alarm(text: str, number: str) -> None:
-    """The numbers are those of the remote commands where there is one.
+    """The alarm numbers are those of the corresponding remote commands, if any.
 
     Rule: robot-language.
     """

@@ -44,7 +44,7 @@ class _Panel:
         vars(self.plate)["press"] = heard
 
     def scan(self) -> None:
-        """One scan with the exchange before it."""
+        """Run one scan, with the exchange before it."""
         self.plate.exchange()
         self.program.scan(self._scans * 10_000)
         self._scans += 1
@@ -59,25 +59,25 @@ class _Panel:
         WebDriverWait(self.browser, _LIMIT_S, poll_frequency=0.02).until(now, what)
 
     def key(self, name: str) -> bool:
-        """Is it pressed in the program?"""
+        """Return whether the key is pressed in the program."""
         return bool(self.program.read(f"Main.Panel.Key.{name}"))
 
     def shows(self, selector: str) -> str:
-        """A text of the page."""
+        """Return a text of the page."""
         script = "return document.querySelector(arguments[0])?.innerText ?? ''"
         return str(self.browser.execute_script(script, selector))
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[WebDriver]:
-    """One browser for all."""
+    """Return one browser for all tests."""
     with chromium(1280, 900) as driver:
         yield driver
 
 
 @pytest.fixture
 def panel(browser: WebDriver) -> Iterator[_Panel]:
-    """A panel whose page is open."""
+    """Return a panel whose page is open."""
     one = _Panel(browser)
     with PanelServer([one.plate], 0) as server:
         browser.get(server.address)
@@ -112,7 +112,7 @@ def test_a_page_that_is_left_releases_its_key(panel: _Panel) -> None:
 
 
 def test_it_says_which_version_of_the_library_runs(panel: _Panel) -> None:
-    """That of the package, in people's form. Source: FC_LibraryVersion."""
+    """The version is that of the package, in readable form. Source: FC_LibraryVersion."""
     panel.until(lambda: panel.shows("#version") == version(), "that of FB_Operator")
 
 
@@ -133,7 +133,7 @@ def test_selections_are_chosen_and_the_message_is_shown_in_its_language(panel: _
 
 
 def _type_point(panel: _Panel, text: str) -> None:
-    """Another text in the field of the point to teach; it still has the focus."""
+    """Type another text into the field of the point to teach; the field keeps the focus."""
     field = panel.browser.find_element(By.CSS_SELECTOR, "[data-number=Point]")
     field.click()
     field.send_keys(Keys.CONTROL, "a")
@@ -141,7 +141,7 @@ def _type_point(panel: _Panel, text: str) -> None:
 
 
 def _sent(panel: _Panel) -> list[object]:
-    """What the page sends from now on, in its order: choices, and keys that go down."""
+    """Return a list of what the page sends from now on: choices, and keys that go down."""
     sent: list[object] = []
     plate = panel.plate
     choose, press = plate.choose, plate.press
@@ -175,7 +175,7 @@ def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(pan
 
 
 def test_a_field_without_a_number_sends_nothing_and_shows_the_old_one(panel: _Panel) -> None:
-    """Nor is the key that is pressed next: who has emptied the field means another point.
+    """Teach, pressed next, is not sent either: an empty field means that another point is wanted.
 
     Source: RCX_PANEL, Point is where Teach stores.
     """

@@ -22,7 +22,7 @@ _BENCH = ROOT / "tests/data/library/Operator.st"
 
 @pytest.fixture
 def plate() -> Plate:
-    """The panel of a program."""
+    """Return the panel of a program."""
     (one,) = plates_of(build([_BENCH, *needed([_BENCH], LIBRARY)], "builtin").program)
     one.exchange()
     return one
@@ -30,7 +30,7 @@ def plate() -> Plate:
 
 @pytest.fixture
 def client(plate: Plate) -> Iterator[WebClient]:
-    """A client of the page of the panel, whose token is `token`."""
+    """Return a client of the panel's page, whose token is `token`."""
     client = WebClient(application([plate], "token"))
     yield client
     client.close()

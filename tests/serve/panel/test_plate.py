@@ -33,19 +33,19 @@ def _program(source: Path = _BENCH, engine: str = "builtin") -> Program:
 
 @pytest.fixture
 def clock() -> _Clock:
-    """A clock that stands still."""
+    """Return a clock that does not advance by itself."""
     return _Clock()
 
 
 @pytest.fixture
 def program() -> Program:
-    """A program with one panel."""
+    """Return a program with one panel."""
     return _program()
 
 
 @pytest.fixture
 def plate(program: Program, clock: _Clock) -> Plate:
-    """Its panel."""
+    """Return the program's panel."""
     (one,) = plates_of(program, clock)
     return one
 
@@ -55,7 +55,7 @@ def _down(program: Program) -> list[str]:
 
 
 def _scans(program: Program, plate: Plate, count: int) -> list[list[str]]:
-    """What is pressed in each of so many scans."""
+    """Return which keys are pressed in each of these scans."""
     seen = []
     for _ in range(count):
         plate.exchange()
@@ -185,7 +185,7 @@ def test_a_message_that_comes_too_late_does_not_press_again(program: Program, pl
 def test_a_message_that_comes_after_its_page_was_silent_does_not_press_again(
     program: Program, plate: Plate, clock: _Clock, others: int
 ) -> None:
-    """However many pages came meanwhile.
+    """This holds for any number of pages that came meanwhile.
 
     Source: docs/how-to/network.md, a key is TRUE as long as it is held.
     """
@@ -341,7 +341,7 @@ END_PROGRAM
 
 
 def test_every_panel_of_a_program_is_found_by_its_type(tmp_path: Path) -> None:
-    """That of a block, too; but not the pins through which one is passed."""
+    """A panel inside a block counts as well, but not a pin through which a panel is passed."""
     found = [plate.path for plate in plates_of(_several(tmp_path))]
     assert sorted(found) == ["Main.Left", "Main.Right", "Main.Side.Own"]
 

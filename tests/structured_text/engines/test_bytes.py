@@ -82,7 +82,7 @@ def test_an_index_that_is_worked_out_is_the_element(plant: Program) -> None:
     ],
 )
 def test_an_index_wraps_before_its_check(tmp_path: Path, k: int, u: int, told: str) -> None:
-    """As in a PLC, where INT 32767 + 1 is -32768; matiec's C does not look at bounds.
+    """In a PLC, INT 32767 + 1 is -32768; matiec's C code does not check bounds.
 
     Source: IEC 61131-3, 6.5.1, and the arithmetic of test_arithmetic.py.
     """

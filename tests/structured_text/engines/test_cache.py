@@ -27,7 +27,7 @@ END_PROGRAM
 
 @pytest.fixture
 def program(tmp_path: Path) -> Path:
-    """A program that adds 12."""
+    """Return a program that adds 12."""
     file = tmp_path / "Main.st"
     file.write_text(_TEXT.format(by=1), encoding="utf-8")
     return file
@@ -35,7 +35,7 @@ def program(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of entries, empty, where the tests' files count as lasting."""
+    """Return the empty folder of entries; the tests' files count as permanent."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.delenv("RCX_CACHE", raising=False)
     monkeypatch.setattr(cache, "is_lasting", lambda _: True)
@@ -44,7 +44,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _forget(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As in a new process."""
+    """Clear the memory, as in a new process."""
     monkeypatch.setattr(cache, "memory", {})
 
 

@@ -17,7 +17,7 @@ from structured_text.language.compiling import uncollected
 
 @pytest.fixture(autouse=True)
 def running() -> Iterator[None]:
-    """The search as Python starts with it, and as it was before the test."""
+    """Enable garbage collection, as at Python's start, and restore it after the test."""
     before = gc.isenabled()
     gc.enable()
     yield

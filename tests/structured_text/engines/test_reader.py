@@ -83,7 +83,7 @@ END_CONFIGURATION
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_reader_takes_variables_of_several_programs(engine: str, tmp_path: Path) -> None:
-    """In the order of the request, wherever the variables lie.
+    """The values are in the order of the request, wherever the variables are.
 
     Source: engines.base.Program.reader.
     """

@@ -21,7 +21,7 @@ _SIZE = 300
 
 @pytest.fixture
 def together(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Up to five states go to a worker together from the beginning."""
+    """Send up to five states to a worker together from the beginning."""
     monkeypatch.setattr(shared_module, "SHARE", 1)
     monkeypatch.setattr(shared_module, "MOST", 5)
 
@@ -43,7 +43,10 @@ def test_all_that_is_found_is_the_same(limits: dict[str, int], broken: dict[int,
 
 @pytest.mark.usefixtures("together")
 def test_workers_find_the_same() -> None:
-    """By hand: all numbers are found, three steps from each; 2 n + 2 goes to 300 in 8 steps."""
+    """By hand: all numbers are reached, with three steps from each.
+
+    2 n + 2 reaches 300 in 8 steps.
+    """
     found = explored(2)
     assert found == explored()
     assert (found.states, found.transitions, found.depth, found.checked) == (300, 900, 8, 300)
@@ -52,7 +55,7 @@ def test_workers_find_the_same() -> None:
 
 @pytest.mark.usefixtures("together")
 def test_a_broken_rule_before_an_error_is_reported_first() -> None:
-    """Both in the steps that one worker takes together; by hand: 7 comes from 3 first, before 4."""
+    """One worker takes both steps together. By hand: 7 comes first from 3, before 4."""
     found = explored(0, broken={7: "seven"}, refused=[4])
     assert found.broken is not None
     assert found.broken.rules == ("seven",)
@@ -92,7 +95,10 @@ def test_a_next_state_is_sent_once_by_each_worker() -> None:
 
 
 def test_a_repeated_item_sends_its_states_again() -> None:
-    """An item is done again whose worker has ended; what comes of it is put together first."""
+    """Item 2 is repeated because its worker has ended.
+
+    Its results count first, so 6 is sent again.
+    """
     take = Stepping(partial(Numbers, _SIZE), 1).prepare()
     assert _sent(take(Some(3, [b"3"]))) == [[b"6", b"7", b"8"]]
     assert _sent(take(Some(2, [b"2"]))) == [[b"4", b"5", b"6"]]

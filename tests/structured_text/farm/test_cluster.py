@@ -17,7 +17,7 @@ from structured_text.farm.cluster import is_here
 
 @pytest.fixture
 def pem(tmp_path: Path) -> Path:
-    """A file that is there."""
+    """Return a file that exists."""
     file = tmp_path / "one.pem"
     file.touch()
     return file
@@ -77,7 +77,7 @@ def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def silent() -> Iterator[int]:
-    """The port of a server that never answers."""
+    """Return the port of a server that never answers."""
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         one.listen()

@@ -18,13 +18,13 @@ ABOUT = {"sources": "a1b2"}
 
 
 def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> ResultFile[Any, Any]:
-    """Results of numbers."""
+    """Return the results of numbers."""
     return ResultFile(file, about, **options)
 
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """The file of the results."""
+    """Return the file of the results."""
     return tmp_path / "out" / "results.jsonl"
 
 
@@ -92,7 +92,7 @@ def test_results_are_as_if_they_had_been_read(file: Path) -> None:
 
 
 def divmod_by_3(item: int) -> tuple[int, int]:
-    """Quotient and rest."""
+    """Return quotient and remainder."""
     return divmod(item, 3)
 
 

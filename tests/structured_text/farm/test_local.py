@@ -194,7 +194,7 @@ list(Farm(1).run(waits_with_a_folder, [sys.argv[1]]))
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -> None:
-    """In the middle of an item; the pipe that both write to ends when both have.
+    """It ends in the middle of an item; the pipe of both ends when both have ended.
 
     Source: a defect report.
     """

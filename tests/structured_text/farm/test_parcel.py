@@ -14,7 +14,7 @@ from structured_text.farm import Parcel
 
 @pytest.fixture
 def files(tmp_path: Path) -> list[Path]:
-    """A program, and a file beside its folder."""
+    """Return a program, and a file outside of its folder."""
     found = [tmp_path / "cell/plc/Main.st", tmp_path / "cell/robot.toml"]
     for number, file in enumerate(found):
         file.parent.mkdir(parents=True, exist_ok=True)

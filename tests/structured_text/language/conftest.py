@@ -15,7 +15,7 @@ Evaluate = Callable[..., list[Any]]
 
 @pytest.fixture
 def evaluate(build: Callable[..., BuiltinProgram]) -> Evaluate:
-    """Gives the values of expressions, each assigned to a variable of its type.
+    """Return a function that gives the values of expressions, each as a variable of its type.
 
     Takes pairs of type and expression, and declarations of the variables they use.
     """
@@ -35,7 +35,7 @@ def evaluate(build: Callable[..., BuiltinProgram]) -> Evaluate:
 def errors_of(
     mistakes_of: Callable[..., list[InputError]],
 ) -> Callable[[str, str], list[InputError]]:
-    """Everything that is wrong with a statement and the variables it uses."""
+    """Return all errors of a statement and of the variables it uses."""
     return lambda statement, variables: mistakes_of(
         f"PROGRAM Wrong\nVAR {variables} END_VAR\n{statement}\nEND_PROGRAM\n"
     )

@@ -174,7 +174,7 @@ _IDS = [row.construct for row in ROWS]
 
 @pytest.fixture
 def written(tmp_path: Path) -> Callable[[Row], Path]:
-    """The program of a row as a file."""
+    """Return a function that writes the program of a row into a file."""
 
     def write(row: Row) -> Path:
         file = tmp_path / "source.st"

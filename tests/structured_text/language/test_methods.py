@@ -266,7 +266,10 @@ END_FUNCTION_BLOCK
 
 
 def test_fb_init_runs_once_before_the_first_scan(build: Build) -> None:
-    """That of the base first; arguments come from the declaration; FB_exit is never called."""
+    """FB_init of the base runs first, with arguments of the declaration.
+
+    FB_exit is never called.
+    """
     program = build(
         _STARTED + "PROGRAM P VAR M : FB_Machine; END_VAR ; END_PROGRAM".replace(" ;", "")
     )
@@ -280,7 +283,7 @@ def test_fb_init_runs_once_before_the_first_scan(build: Build) -> None:
     assert program.read("Main.M.Axis.Number") == 3
 
 
-#: What stands between FUNCTION_BLOCK and END_FUNCTION_BLOCK.
+#: Text between FUNCTION_BLOCK and END_FUNCTION_BLOCK.
 _REFUSED = [
     ("A EXTENDS B", "B is not a function block"),
     ("A EXTENDS TON", "TON is not a function block"),

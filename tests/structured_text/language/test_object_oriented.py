@@ -38,7 +38,7 @@ from structured_text.language.parser import parse_portable
 def test_the_portable_subset_refuses_it_by_name(
     source: str, construct: str, tmp_path: Path
 ) -> None:
-    """And so do the rules of the library."""
+    """The rules of the library refuse it as well."""
     with pytest.raises(InputError) as caught:
         parse_portable(source, Path("program.st"))
     named = str(caught.value).split("does not take ")[1].split("; ")

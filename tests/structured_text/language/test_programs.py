@@ -321,7 +321,7 @@ def test_a_name_in_two_files_is_one_message(tmp_path: Path) -> None:
 
 
 def test_a_mistake_in_a_call_leaves_the_rest_readable(tmp_path: Path) -> None:
-    """The parser goes on behind it, also where its table would take more than it can."""
+    """The parser continues after the call, and reads the declarations that follow."""
     file = tmp_path / "wrong.st"
     file.write_text(
         "PROGRAM P VAR A : INT; END_VAR\nA.B(A)\n;\nTEST_OVER()\nEND_PROGRAM\n"

@@ -77,7 +77,7 @@ def _rows() -> list[tuple[str, str]]:
 
 
 def _inputs(draw: random.Random) -> dict[str, tuple[str, Any]]:
-    """Type and value of each variable by its name."""
+    """Return type and value of each variable by its name."""
     values: dict[str, tuple[str, Any]] = {"X": ("BOOL", draw.random() < 0.5)}
     for letter in "AB":
         for kind, width in _WIDTHS.items():

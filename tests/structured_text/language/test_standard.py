@@ -238,7 +238,7 @@ def test_own_functions_win_over_those_of_the_third_edition(evaluate: Evaluate) -
 
 
 def _trace(folder: Path, kind: str, inputs: list[dict[str, Any]], outputs: str) -> list[Any]:
-    """Outputs after each scan of 10 ms; a pin stays until it is given again."""
+    """Return the outputs after each scan of 10 ms; a pin stays until it is given again."""
     file = folder / "block.st"
     file.write_text(f"PROGRAM P1 VAR B1 : {kind}; END_VAR B1(); END_PROGRAM")
     program = BuiltinProgram.build(load([file]))

@@ -93,7 +93,7 @@ def test_lines_count_as_drawn_only_with_every_character_that_is_printed(reposito
 
 
 def _texts(tree: ast.Module) -> list[str]:
-    """All strings but those that stand by themselves: they are documentation."""
+    """Return all strings except docstrings."""
     alone = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
     return [
         node.value

@@ -10,7 +10,7 @@ from structured_text.output.progress import progress_bar
 
 
 def test_without_a_terminal_a_line_says_now_and_then_how_far_how_fast_and_how_long() -> None:
-    """100 items, one each 2 s: at 32 s 16 are done, in 0.5/s; 84 are left, that is 168 s."""
+    """100 items take 2 s each: at 32 s, 16 are done at 0.5/s, and 84 remain, that is 168 s."""
     shown, now_s = io.StringIO(), 1000.0
     console = Console(file=shown, force_terminal=False, width=100)
     with progress_bar(console, clock=lambda: now_s) as progress:
@@ -54,7 +54,7 @@ def test_a_task_of_nothing_shows_no_bar() -> None:
 
 
 def test_an_unknown_total_is_shown_at_the_end() -> None:
-    """Two items of a generator: 2/? while it goes on, 2/2 at its end.
+    """A generator has two items: the line shows 2/? while it runs, and 2/2 at its end.
 
     Source: a user's screen.
     """

@@ -49,7 +49,7 @@ def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
 
 @pytest.fixture
 def piped_input() -> Iterator[int]:
-    """The end to write to of a pipe that is standard input meanwhile."""
+    """Replace standard input by a pipe, and return the pipe's writing end."""
     kept = os.dup(0)
     reading, writing = os.pipe()
     os.dup2(reading, 0)
@@ -88,7 +88,7 @@ def test_a_signal_ends_the_wait_once(number: signal.Signals) -> None:
 
 @pytest.fixture
 def handlers() -> Iterator[None]:
-    """All handlers are as before in the end."""
+    """Restore all signal handlers after the test."""
     before = {one: signal.getsignal(one) for one in (signal.SIGTERM, signal.SIGHUP)}
     yield
     for number, handler in before.items():
@@ -105,12 +105,12 @@ def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals) -> None:
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(number)
     assert came == [number]
-    signal.raise_signal(number)  # while it ends, a second one changes nothing
+    signal.raise_signal(number)  # a second signal during the end has no effect
 
 
 @pytest.mark.usefixtures("handlers")
 def test_a_signal_that_is_ignored_stays_so() -> None:
-    """As `nohup` has it."""
+    """`nohup` starts a process in this way."""
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     system.end_as_by_ctrl_c()
     signal.raise_signal(signal.SIGHUP)
@@ -131,7 +131,7 @@ def test_a_signal_that_is_ignored_stays_so() -> None:
 def test_a_closed_pipe_is_not_a_full_disk(
     monkeypatch: pytest.MonkeyPatch, platform: str, number: int, expected: bool
 ) -> None:
-    """On Windows writing to such a pipe is an invalid argument."""
+    """On Windows, writing to such a pipe gives the error "invalid argument"."""
     monkeypatch.setattr("sys.platform", platform)
     assert system.nobody_reads(OSError(number, "")) is expected
 
@@ -161,7 +161,7 @@ copies = pytest.mark.skipif(not system.COPIES, reason="this system has no copies
 
 
 def _in_new_python(code: str) -> tuple[int, str, str]:
-    """Exit code and what is said: a copy of the tests' process would have their threads' locks."""
+    """Run in a new process, since a fork would inherit locks; return exit code and output."""
     given = (
         "import os, signal, subprocess, sys\nfrom structured_text.output.system import PipedCopy\n"
     )

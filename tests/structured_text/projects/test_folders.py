@@ -16,7 +16,7 @@ _LONG_AGO = 1_000_000_000  # [s]
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with one file, and one below it with another."""
+    """Return a folder with one file, and a subfolder with another."""
     (tmp_path / "plc/below").mkdir(parents=True)
     (tmp_path / "plc/a.st").touch()
     (tmp_path / "plc/below/b.st").touch()
@@ -27,14 +27,14 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def later(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ten seconds from now: what was made before is not of this moment."""
+    """Set the clock ten seconds ahead, so that no file is of this moment."""
     now = time.time_ns
     monkeypatch.setattr(time, "time_ns", lambda: now() + 10_000_000_000)
 
 
 @pytest.fixture
 def looked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The folders that are looked into."""
+    """Return a list of the folders that are scanned."""
     found: list[str] = []
     scan = os.scandir
 
@@ -67,7 +67,7 @@ def test_a_file_that_comes_or_goes_below_it_is_seen(folder: Path, looked: list[s
 
 
 def test_a_folder_that_changed_just_now_is_read_again(folder: Path, looked: list[str]) -> None:
-    """Two changes at one tick of the clock of a file system leave the same time."""
+    """Two changes within one clock tick of the file system have the same time."""
     _names(folder)
     _names(folder)
     assert looked == ["plc", "below"] * 2
@@ -75,13 +75,13 @@ def test_a_folder_that_changed_just_now_is_read_again(folder: Path, looked: list
 
 @pytest.mark.usefixtures("later")
 def test_a_folder_with_an_older_time_is_read_again(folder: Path) -> None:
-    """As programs do that unpack or copy a folder with its times."""
+    """Programs that unpack or copy a folder with its times cause this."""
     if os.name == "nt":
         pytest.skip("Windows has no time of the last change that a program cannot set")
     before = folder.stat()
     _names(folder)
     (folder / "c.st").touch()
-    while folder.stat().st_ctime_ns == before.st_ctime_ns:  # until the clock of files goes on
+    while folder.stat().st_ctime_ns == before.st_ctime_ns:  # until the file system's clock advances
         os.utime(folder, (_LONG_AGO, _LONG_AGO))
     os.utime(folder, (_LONG_AGO, _LONG_AGO))
     assert folder.stat().st_mtime_ns == before.st_mtime_ns

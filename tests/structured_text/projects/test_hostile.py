@@ -145,7 +145,7 @@ def test_whole_numbers_have_limits(tmp_path: Path) -> None:
 def test_an_initial_value_that_is_no_number_is_left_out_with_a_note(
     value: str, kind: str, told: bool, tmp_path: Path
 ) -> None:
-    """Studio 5000 writes 1.#QNAN for a REAL that is none.
+    """Studio 5000 writes 1.#QNAN for a REAL that is not a number.
 
     Source: docs/reference/limits.md, files.
     """

@@ -95,10 +95,10 @@ class _Tagged(mmap.mmap):
             self.made = ""
 
 
-#: To whom it is one.
+#: Packages that see Windows.
 _PACKAGES = ("rcx_harness", "structured_text")
 
-_INSTEAD: dict[str, dict[str, Any]] = {
+_STAND_INS: dict[str, dict[str, Any]] = {
     "sys": {"platform": "win32"},
     "ctypes": {"WinDLL": _dll},
     "_ctypes": {"FreeLibrary": getattr(import_module("_ctypes"), "dlclose", None)},
@@ -129,7 +129,7 @@ def _install(lacks: Mapping[str, Sequence[str]], absent: Sequence[str]) -> None:
             return module
         own = module.__name__
         if own not in seen:
-            seen[own] = _Seen(module, lacks[own], _INSTEAD.get(own, {}))
+            seen[own] = _Seen(module, lacks[own], _STAND_INS.get(own, {}))
         return seen[own]
 
     builtins.__import__ = found

@@ -20,7 +20,7 @@ _GRID = grid((1, 7, 20), (1, 13, 100), (0, 7))
 
 
 def _printed() -> list[list[int]]:
-    """The worked examples of the page: all whole numbers of each line."""
+    """Return the worked examples of the page: all whole numbers of each line."""
     lines = re.findall(r"^\| \d+ ms .*$", _PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     return [[int(number) for number in re.findall(r"\d+", line)] for line in lines]
 
@@ -53,7 +53,7 @@ def test_a_command_and_its_successor_take_the_fewest_scans_possible(case: Case) 
 
 @pytest.mark.parametrize("case", grid((3, 20), (7, 50), (0,)), ids=str)
 def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> None:
-    """Alarm reset, servo ON, program reset and start, each with the end of the one before.
+    """The sequence is alarm reset, servo ON, program reset and start, each after the one before.
 
     Source: docs/explanation/timing.md; manual chapter 5, 3.
     """
@@ -114,7 +114,7 @@ def test_an_input_goes_off_when_interval_and_answer_allow_it() -> None:
 def test_a_library_that_needs_a_scan_more_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A handshake that rests for one scan between two commands.
+    """A handshake is delayed by one scan between two commands.
 
     Source: docs/explanation/timing.md: extra scans 0, and the bench would see one.
     """

@@ -20,7 +20,7 @@ _BUILT = ("motion", "operator", "points", "position")
 
 
 def _printed() -> dict[str, int]:
-    """The page's table of the blocks that are built of others: bytes by name."""
+    """Return the page's table of composite blocks: bytes by name."""
     page = _PAGE.read_text(encoding="utf-8")
     lines = page.split("| Block | Bytes | Block | Bytes |")[1].split("\n\n")[0].splitlines()
     cells = [cell for line in lines[2:] for cell in line.strip("|").split("|")]
@@ -42,7 +42,7 @@ def test_without_matiec_the_figures_are_said_to_be_missing(monkeypatch: pytest.M
 
 @pytest.fixture(scope="module")
 def measured() -> list[sizes.Size]:
-    """Measured once for the file."""
+    """Return the sizes, measured once for the file."""
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         pytest.skip(MISSING)
@@ -50,7 +50,7 @@ def measured() -> list[sizes.Size]:
 
 
 def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes(measured: list[sizes.Size]) -> None:
-    """A text alone takes 128 bytes; therefore no block has more than one."""
+    """A single text takes 128 bytes; therefore no block has more than one."""
     limits = {size.name: size.limit for size in measured if size.limit}
     assert (limits["RCX_REF"], limits["FB_ReadProgramInfo"]) == (160, 500)
     assert [size.name for size in measured if size.limit and size.bytes > size.limit] == []
@@ -75,7 +75,7 @@ def test_the_page_prints_what_was_measured(measured: list[sizes.Size]) -> None:
 
 @pytest.mark.skipif(find_strucpp() is None, reason=MISSING_STRUCPP)
 def test_strucpp_tells_the_size_of_every_block_and_keeps_more_of_each_value() -> None:
-    """Beside each value it keeps whether it is forced, and to what: a BOOL takes three bytes."""
+    """For each value it stores a forced flag and a forced value: a BOOL takes three bytes."""
     strucpp, compiler = find_strucpp(), find_cxx_compiler()
     assert strucpp is not None
     assert compiler is not None

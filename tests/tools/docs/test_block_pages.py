@@ -30,7 +30,7 @@ def _page(name: str) -> str:
 
 
 def _rows(page: str, heading: str) -> list[list[str]]:
-    """The table below a heading, without its own head."""
+    """Return the rows of the table below a heading, without the table's head."""
     part = re.split(r"^##+ ", page.partition(f"## {heading}\n")[2], flags=re.MULTILINE)[0]
     lines = [line for line in part.splitlines() if line.startswith("| ")]
     return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines[1:]]
@@ -204,7 +204,9 @@ def _rows_of_run(name: str) -> list[tuple[str, str]]:
 
 
 def test_the_chart_shows_the_handshake_of_the_example() -> None:
-    """Data first, the code one scan later; status 0x0100, 0x0200; then all is taken back.
+    """Data come first, the code one scan later; status 0x0100, 0x0200.
+
+    Then all words return to 0.
 
     Source: remote command guide, chapters 1 and 2; 4.3.1, point data reference
     """

@@ -12,7 +12,7 @@ import pytest
 
 @pytest.fixture
 def page(repository: Path) -> str:
-    """The page."""
+    """Return the text of the page."""
     return (repository / "docs/how-to/cluster.md").read_text(encoding="utf-8")
 
 

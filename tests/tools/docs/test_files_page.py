@@ -27,7 +27,7 @@ _PLAIN = re.compile(r"`([^`]+)`")
 
 
 def _table(head: str) -> dict[str, tuple[str, ...]]:
-    """The rows of the table whose first heading is `head`: the names of a row to its other cells.
+    """Return a table's rows; `head` is its first heading. A row maps its names to the other cells.
 
     A row that has several names in its first cell counts for each of them.
     """
@@ -74,7 +74,7 @@ def test_every_key_of_a_table_is_there_with_its_default(table: str, kind: type) 
 
 @pytest.mark.parametrize(("table", "number"), [("points", 19), ("pallets", 10)])
 def test_every_key_of_stored_data_is_there(table: str, number: int, tmp_path: Path) -> None:
-    """What there is comes from the message on a key that there is not."""
+    """The list of keys comes from the message about an unknown key."""
     file = tmp_path / "robot.toml"
     file.write_text(f"[{table}.{number}]\nzzzz = 1\n", encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -118,7 +118,7 @@ def test_the_steps_of_the_page_are_understood() -> None:
 
 
 def test_the_example_files_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """With the program of `rcx new`: its movement ends abnormally, and no rule is broken."""
+    """The program is that of `rcx new`: its movement ends abnormally, and no rule is broken."""
     folder = tmp_path / "cell"
     assert main(["new", str(folder)]) == 0
     for section in ("Stimulus file", "Robot file"):

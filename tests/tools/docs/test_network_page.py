@@ -37,7 +37,7 @@ def page(repository: Path) -> str:
 
 
 def row(page: str, head: str) -> list[str]:
-    """The cells of a table's row after its first."""
+    """Return the cells of a table's row without the first one."""
     (found,) = re.findall(rf"^\| {re.escape(head)} \|(.*)\|$", page, re.MULTILINE)
     return [cell.strip() for cell in found.split("|")]
 

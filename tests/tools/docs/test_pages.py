@@ -13,8 +13,8 @@ from rcx_tools.docs import pages as docs
 
 _ROOT = Path(docs.__file__).resolve().parents[3]
 _WRITTEN = {path.relative_to(_ROOT).as_posix() for path in (_ROOT / "docs").rglob("*.md")}
-_FRONT = ["README.md", "CONTRIBUTING.md", "plc/examples/README.md"]
-_BY_HAND = [*_FRONT, *sorted(_WRITTEN - set(docs.pages()))]
+_START_PAGES = ["README.md", "CONTRIBUTING.md", "plc/examples/README.md"]
+_BY_HAND = [*_START_PAGES, *sorted(_WRITTEN - set(docs.pages()))]
 
 
 @pytest.mark.exhaustive
@@ -25,7 +25,7 @@ def test_a_generated_page_is_current(path: str) -> None:
 
 
 def _links(page: str) -> list[tuple[str, str]]:
-    """File and heading of every link of a page; empty where it says none."""
+    """Return file and heading of every link of a page; empty if the link names none."""
     text = (_ROOT / page).read_text(encoding="utf-8")
     return re.findall(r"\]\(([^)#:]*)(?:#([^)]+))?\)", text)
 

@@ -102,7 +102,7 @@ class Run:
     cycles: list[Cycle]
 
     def changes(self) -> list[tuple[int, str]]:
-        """Every change of a bit or word of ORDERS, in order of time."""
+        """Return every change of a bit or word of ORDERS, in order of time."""
         found: list[tuple[int, str]] = []
         for before, after in pairwise(self.scans):
             bits = [*_bits("SI", before.si, after.si), *_bits("SO", before.so, after.so)]
@@ -134,7 +134,7 @@ def _words(kind: str, before: bytes, after: bytes) -> list[str]:
 
 
 def run(name: str, robot: RobotConfig | None = None, longer_us: int = 0) -> Run:
-    """A process as `rcx run` runs it."""
+    """Run a process as `rcx run` runs it."""
     process = processes()[name]
     with Cell.build(process.program, robot=robot) as cell:
         Stimulus.load(process.stimulus).schedule(cell)
@@ -154,7 +154,7 @@ def test_every_process_has_an_order_here_and_every_order_a_process() -> None:
 
 @_each
 def test_the_steps_come_in_the_manuals_order(name: str) -> None:
-    """No step begins before the one before is complete, and nothing else of its kind happens.
+    """Each step begins after the one before is complete, and no other change of its kind occurs.
 
     Source: manual chapter 1, 5; chapter 5, 3.1 to 3.3; guide chapters 1.2 and 2.
     """
@@ -162,7 +162,7 @@ def test_the_steps_come_in_the_manuals_order(name: str) -> None:
     expected = set().union(*order)
     sides = ("rcx",) if name == "link_loss" else ("SI", "SO", "n", "m")
     happened = [change for _, change in run(name).changes() if change.startswith(sides)]
-    # What the chart shows before its first step, and signals that no step is about, are left out.
+    # Changes before the first step of the chart, and signals without a step, are left out.
     begin = min(happened.index(change) for change in order[0])
     taken = [change for change in happened[begin:] if change in expected]
     for number, step in enumerate(order, 1):
@@ -173,7 +173,7 @@ def test_the_steps_come_in_the_manuals_order(name: str) -> None:
 
 @_each
 def test_the_controller_sees_at_least_100_ms_between_two_dedicated_inputs(name: str) -> None:
-    """A switch-off of SI(00) or SI(06) is the one exception.
+    """Switching SI(00) or SI(06) OFF is the only exception.
 
     Source: manual chapter 5, 3.1 to 3.3, caution.
     """

@@ -21,12 +21,12 @@ from structured_text.language.portability import lint
 _SVG = "{http://www.w3.org/2000/svg}"
 _each = pytest.mark.parametrize("name", processes())
 
-#: Width of a character and how the text stands, by class; 13 px where there is none.
+#: Width of a character and alignment of the text, by class; 13 px without a class.
 _WIDTHS = {"h": 8.8, "s": 6.2, "d": 6.0, "p": 6.6, "n": 6.4, "q": 7.2, "v": 7.3, "t": 7.4}
 
 
 def _boxes(picture: str) -> list[tuple[str, float, float, float, float]]:
-    """Every text with its left, right, top and bottom, estimated from its length."""
+    """Return every text with its left, right, top and bottom, estimated from its length."""
     found = []
     for node in ElementTree.fromstring(picture).iter(f"{_SVG}text"):
         kinds = node.get("class", "").split()

@@ -13,7 +13,7 @@ _ROOT = Path(rooms.__file__).resolve().parents[3]
 _HARNESS = _ROOT / "harness"
 _SUPPORT = _ROOT / "tests/support"
 
-#: What judges the rules of the wire, without .py; see docs/explanation/architecture.md.
+#: Modules that check the rules of the wire, without .py; see docs/explanation/architecture.md.
 _JUDGES = {
     "dedicated": _HARNESS / "rcx_harness/robot",
     "handshake": _HARNESS / "rcx_harness/robot",
@@ -30,7 +30,7 @@ _PACKAGES = tuple(rooms.PLANS)
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("package", _PACKAGES)
 def test_every_room_has_a_place_in_the_plan_and_no_import_goes_against_it(package: str) -> None:
-    """Hence there is no circle of rooms."""
+    """Hence the rooms have no circular imports."""
     plan = rooms.PLANS[package]
     assert sorted(name for row in plan for name in row) == sorted(rooms.rooms(package))
     assert rooms.against(plan, rooms.arrows(package)) == []
@@ -74,7 +74,7 @@ def test_the_page_has_a_row_for_each_room(package: str) -> None:
 
 @pytest.mark.parametrize("judge", _JUDGES)
 def test_no_judge_of_the_wire_imports_another(judge: str) -> None:
-    """What one of them read wrongly, the others show."""
+    """An error in one of them shows as a difference from the others."""
     text = (_JUDGES[judge] / f"{judge}.py").read_text(encoding="utf-8")
     imported = set(re.findall(r"^(?:from|import) ([\w.]+)", text, re.MULTILINE))
     others = {f"{folder.name}.{name}" for name, folder in _JUDGES.items()} | set(_JUDGES)

@@ -118,7 +118,7 @@ def test_the_program_runs_as_it_stands_and_the_robot_moves(
 
 
 def test_the_readmes_snippet_is_on_every_page(repository: Path) -> None:
-    """But for the names of the areas' pins it is the same text."""
+    """Except for the names of the areas' pins, the text is the same."""
     readme = (repository / "README.md").read_text(encoding="utf-8")
     snippet = re.findall(r"```iecst\n(.*?)```", readme, re.DOTALL)[0]
     wanted = [line.strip() for line in snippet.splitlines()]

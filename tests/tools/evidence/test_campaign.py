@@ -22,7 +22,7 @@ from rcx_tools.evidence.campaign.seeded import SEEDED, find
 from rcx_tools.evidence.campaign.station import Execution, Station
 
 SEEDS = range(3)
-#: The broken blocks that are found at once; `make campaign` takes all of them.
+#: Broken blocks that a campaign finds at once; `make campaign` tries all of them.
 QUICK = (
     "a command is sent again after its end",
     "Done without the end status",
@@ -35,7 +35,7 @@ TELEGRAM = (0x0100, 0, 19, *[0] * 13)
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[Compiled]:
-    """The campaign's program."""
+    """Return the campaign's program."""
     found = compiled_campaign()
     yield found
     found.program.close()
@@ -46,7 +46,7 @@ def compiled() -> Iterator[Compiled]:
 def test_after_each_storm_the_cell_comes_to_rest_and_works_again(
     compiled: Compiled, seed: int
 ) -> None:
-    """No rule broken, each command executed as its block says, nothing starts by itself."""
+    """No rule is broken, each command runs as its block says, and nothing starts by itself."""
     conditions, storms = draw_run(seed, 1)
     outcome = run_storms(compiled, conditions, storms, seed)
     assert outcome.storms == 1
@@ -170,7 +170,7 @@ def test_a_telegram_that_no_block_asked_for_is_found(compiled: Compiled) -> None
 
 @pytest.mark.exhaustive
 def test_a_failing_run_is_made_short() -> None:
-    """Of all the acts of a storm only those are left that the failure needs."""
+    """Of all actions of a storm, only those remain that the failure needs."""
     seeded = next(one for one in SEEDED if one.name == JOG)
     with broken_library(seeded.file, seeded.old, seeded.new) as lib:
         compiled = compiled_campaign("builtin", lib)

@@ -44,7 +44,7 @@ class _Here:
 
 
 def _rows(figures: dict[str, Any]) -> dict[str, str]:
-    """What the page shows."""
+    """Return the figures that the page shows."""
     check = next(one for one in CHECKS if one.name == "explore")
     return {label: told(figures) for label, told in check.rows}
 
@@ -143,7 +143,7 @@ def test_a_state_that_leaves_out_what_counts_is_noticed(
 
 @pytest.mark.parametrize("name", ["inputs", "jobs"])
 def test_a_scan_call_by_call_leads_where_the_scan_of_the_whole_program_leads(name: str) -> None:
-    """Of `inputs` with pins, a level block and late scans; of `jobs` with variables of the program.
+    """`inputs` has pins, a level block and late scans; `jobs` has variables of the program.
 
     Source: the whole program, which `check` runs.
     """

@@ -127,7 +127,7 @@ def test_every_operator_of_python_makes_its_mistake() -> None:
     assert expected - found == set()
     assert {operator for operator, _, _ in found} == set(PYTHON_OPERATORS)
     told = [line for _, _, line in found if "InputError" in line or "__all__" in line]
-    assert told == []  # what only people read
+    assert told == []  # messages and __all__ are not mutated
 
 
 def test_functions_are_known_by_where_their_code_begins() -> None:
@@ -344,7 +344,7 @@ tests = ["tests/robot"]
 
 @pytest.fixture
 def house(tmp_path: Path, repository: Path) -> Path:
-    """The harness with one module more, its test, and one generated block of the library."""
+    """Copy the harness with an additional module, its test, and one generated block."""
     house = tmp_path / "house"
     for folder in ("harness", "spec"):
         shutil.copytree(repository / folder, house / folder)
@@ -493,8 +493,8 @@ def test_the_page_tells_the_figures_of_each_kind() -> None:
 # --- the bugs of this repository ---
 
 _BUGS = bugs(Path(__file__).with_name("seeded.toml"))
-#: Some whose file of tests is quick.
-_FEW = {
+#: Mutants whose test file is quick, with that file.
+_QUICK_MUTANTS = {
     "MOD takes the sign of the divisor": "tests/structured_text/engines/builtin/test_arithmetic.py",
     "exactly 100 ms count as too short": "tests/watch/test_wire.py",
     "semi-absolute axes keep their origin without power": "tests/robot/test_robot_origin.py",
@@ -516,7 +516,7 @@ def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
 
 @pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.name)
 def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
-    """So that a row does not name tests that were moved with the code."""
+    """Otherwise a row could name tests that were moved with the code."""
     part = file_key(bug.file).partition("/")[0]
     others = {
         "spec": ("tests/spec", "tests/command"),
@@ -532,9 +532,9 @@ def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bu
 def test_some_seeded_bugs_are_found(repository: Path) -> None:
     """All are put in by `make mutants`."""
     tasks = [
-        MutantTask(bug.mutant(repository), (_FEW[bug.name],), 60.0, bug.name)
+        MutantTask(bug.mutant(repository), (_QUICK_MUTANTS[bug.name],), 60.0, bug.name)
         for bug in _BUGS
-        if bug.name in _FEW
+        if bug.name in _QUICK_MUTANTS
     ]
     copies = Copies(repository)
 
@@ -549,4 +549,4 @@ def test_some_seeded_bugs_are_found(repository: Path) -> None:
         }
     finally:
         copies.close()
-    assert found == _FEW
+    assert found == _QUICK_MUTANTS

@@ -21,7 +21,7 @@ _MAKEFILE = (docs.ROOT / "Makefile").read_text(encoding="utf-8")
 
 @pytest.fixture
 def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A small repository: a library, and one check that depends on a folder of tests."""
+    """Return a small repository: a library, and one check that depends on a folder of tests."""
     for path in ("plc/lib/FB_A.st", "tests/a/test_a.py", "docs/explanation/keep.txt"):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_text("one", encoding="utf-8")
@@ -222,7 +222,7 @@ def test_the_state_depends_on_names_and_contents(tmp_path: Path) -> None:
 
 
 def test_each_property_has_a_row_with_what_it_rests_on() -> None:
-    """From a small out/prove.json: a plain sentence, assumptions, goals and seconds."""
+    """A small out/prove.json gives a plain sentence, assumptions, goals and seconds."""
     (prove,) = [check for check in CHECKS if check.name == "prove"]
     item: dict[str, Any] = {
         "name": "turn",

@@ -16,7 +16,7 @@ from structured_text.language.types import BlockType
 from structured_text.projects.needed import needed
 
 _ANY = timedelta(seconds=5)
-#: Where a default is not that of its type. Size is 256 where the words lie beyond 48 bytes.
+#: Defaults that differ from the type's. Size is 256 if the words are beyond 48 bytes.
 _USUAL: dict[str, Value] = {
     "Axes": "ORIGIN_INCREMENTAL",
     "Axis": 1,
@@ -80,7 +80,7 @@ _NOTHING = {"BOOL": False, "WORD": 0, "INT": 0, "DINT": 0, "REAL": 0.0, "STRING"
 
 
 def _blocks() -> dict[str, dict[str, str]]:
-    """The in-out pins, with their types, of each block that has the robot or an image."""
+    """Return the in-out pins, with types, of each block that has the robot or an image."""
     found = {}
     for file in LIBRARY:
         written = "Generated from" not in file.read_text(encoding="utf-8").partition("*)")[0]

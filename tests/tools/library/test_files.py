@@ -19,7 +19,7 @@ _POU = re.compile(r"^(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE\s+)\s*(\w+)", re.MU
 
 
 def _code(file: Path) -> str:
-    """The source without its comments."""
+    """Return the source without its comments."""
     return re.sub(r"\(\*.*?\*\)", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
 
 

@@ -16,7 +16,7 @@ BLOCKS = [name for name, block in library().blocks.items() if not block.handwrit
 
 
 def _parts(name: str) -> tuple[str, str, str]:
-    """The call with its request, the response, and the outputs at the end."""
+    """Return the call with its request, the response, and the outputs at the end."""
     text = (ROOT / library().blocks[name].file).read_text(encoding="utf-8")
     begin, end = text.index("  Job(Channel"), text.index("  Done := Job.Done;")
     call, found, response = text[begin:end].partition("  IF Job.Ended THEN")
@@ -25,7 +25,7 @@ def _parts(name: str) -> tuple[str, str, str]:
 
 @pytest.mark.parametrize("name", BLOCKS)
 def test_every_block_calls_hands_over_and_ends_in_the_same_way(name: str) -> None:
-    """Faults are tried on two blocks; this is why they stand for all."""
+    """Faults are tried on two blocks only; this test is the reason why they represent all."""
     call, _, end = _parts(name)
     expected_call, _, expected_end = _parts("FB_MovePtp")
     assert call in (expected_call, expected_call.replace("Trouble := Refused, ", ""))

@@ -97,7 +97,7 @@ def test_what_is_written_is_read_again(
 
 
 def test_the_table_has_what_users_can_name() -> None:
-    """By hand, from the sources."""
+    """The expected names are taken from the sources by hand."""
     table = pins.now()
     assert table["FB_SequenceControl"] == [
         "VAR_IN_OUT Robot : RCX_REF",
@@ -132,7 +132,7 @@ def test_the_table_has_what_users_can_name() -> None:
 def test_bounds_and_initial_values_of_types_count(
     tmp_path: Path, text: str, rows: list[str]
 ) -> None:
-    """An index that is legal, and what stands where nothing was written, are what users rely on."""
+    """Users rely on legal indices and on initial values."""
     file = tmp_path / "RCX_T.st"
     file.write_text(f"(*\n * RCX_T: a type.\n *)\nTYPE\n{text}END_TYPE\n", encoding="utf-8")
     now = pins.of_kind(kind_of(file))
@@ -142,7 +142,7 @@ def test_bounds_and_initial_values_of_types_count(
 
 
 def test_a_release_has_its_table() -> None:
-    """A version whose day is in the changelog is released."""
+    """A version is released if the changelog gives its date."""
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     for number, day in re.findall(r"^## (\d+\.\d+\.\d+) \((.+)\)$", text, re.MULTILINE):
         if day != "unreleased":

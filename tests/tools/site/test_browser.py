@@ -90,11 +90,11 @@ class _Playground:
         WebDriverWait(self.browser, _LONGEST_S).until(lambda _: self.run(script), script)
 
     def seen(self) -> list[str]:
-        """What was said of its state since it was opened."""
+        """Return the states that the page has reported since it was opened."""
         return [str(one) for one in self.run("window.seenStates") or []]
 
     def finished(self) -> str:
-        """What is said of the run once it has ended."""
+        """Return the result text of the run after it has ended."""
         self.until(
             "document.getElementById('told')?.textContent && "
             "!document.getElementById('progress').classList.contains('on')"
@@ -108,7 +108,7 @@ class _Playground:
         self.run(f"document.querySelector({selector!r}).click()")
 
     def change(self, action: Callable[[], None]) -> str:
-        """What is said of the run that an action starts."""
+        """Start a run by an action, and return its result text."""
         self.run("document.getElementById('told').textContent = ''")
         action()
         return self.finished()
@@ -117,7 +117,7 @@ class _Playground:
         return self.change(lambda: self.run(f"void (location.hash = {program!r})"))
 
     def write(self, text: str) -> None:
-        """Another text for the file that is shown."""
+        """Type another text into the file that is shown."""
         self.browser.execute_script(
             "const edit = document.getElementById('edit'); edit.value = arguments[0];"
             "edit.dispatchEvent(new Event('input'))",
@@ -133,7 +133,7 @@ class _Playground:
         )
 
     def trace(self) -> list[str]:
-        """The lines that the button saves."""
+        """Return the lines that the button saves."""
         text = self.browser.execute_async_script(
             "const done = arguments[0], make = URL.createObjectURL;"
             "HTMLAnchorElement.prototype.click = () => {};"
@@ -177,7 +177,7 @@ def test_the_first_chart_comes_with_the_robot_from_this_site_alone_in_less_than_
 
 @_full
 def test_the_progress_is_shown_while_python_loads(browser: WebDriver, server: _Server) -> None:
-    """From the first bytes on, in the header and in the place of the chart."""
+    """The progress is shown from the first bytes on, in the header and in place of the chart."""
     watch = """
       window.seenStates = [];
       addEventListener("DOMContentLoaded", () => {
@@ -334,7 +334,7 @@ def test_it_fits_narrow_and_wide_windows(
 def test_the_search_finds_the_users_block_first_and_internal_blocks_last(
     browser: WebDriver, server: _Server, query: str, expected: str
 ) -> None:
-    """The worker of the search is asked as the page does."""
+    """The test queries the worker of the search as the page does."""
     browser.get(f"{server.url}/index.html")
     (worker,) = (_SITE / "assets/javascripts/workers").glob("search.*.js")
     script = """

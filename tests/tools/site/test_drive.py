@@ -24,7 +24,7 @@ def runner(tmp_path: Path) -> Runner:
 
 @pytest.fixture
 def run(runner: Runner) -> Run:
-    """Runs an offered program, with other entries in its job, as the page asks for it."""
+    """Run an offered program, with other entries in its job, as the page does."""
 
     def asked(job: dict[str, Any], tell: Callable[[float], object] = print, **others: Any) -> Any:
         whole = {"rpi": 10_000, **job, **others, "name": job["title"]}
@@ -35,7 +35,7 @@ def run(runner: Runner) -> Run:
 
 
 def test_an_example_runs_to_its_recorded_trace(runner: Runner, run: Run) -> None:
-    """That of two areas of 256 bytes at offsets, whose job has all keys."""
+    """The example has two areas of 256 bytes at offsets; its job has all keys."""
     shares: list[float] = []
     outcome = run(example_jobs()["02_extended_area"], shares.append)
     assert outcome["told"] == ("3000 ms: 300 scans of 10 ms, 2 remote commands, no broken rules")
@@ -52,7 +52,7 @@ def test_a_blocks_example_runs(run: Run) -> None:
 
 
 def test_one_command_is_said_as_one_command(run: Run) -> None:
-    """FB_ReadVersions executes one; FB_ServoOn has none, only dedicated inputs."""
+    """FB_ReadVersions executes one command; FB_ServoOn has none, only dedicated inputs."""
     assert ", 1 remote command, no broken rules" in run(block_jobs()["FB_ReadVersions"])["told"]
     assert ", no remote commands, no broken rules" in run(block_jobs()["FB_ServoOn"])["told"]
 
@@ -99,7 +99,7 @@ def test_an_error_of_a_robot_file_says_its_line(run: Run) -> None:
 
 
 def test_a_broken_rule_is_told_with_its_time(run: Run) -> None:
-    """Two changes of dedicated inputs in one scan, by an area that no block has written.
+    """Two dedicated inputs change in one scan, in an area that no block has written.
 
     Source: manual chapter 5, 3
     """

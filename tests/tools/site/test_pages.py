@@ -23,7 +23,7 @@ _HERE = Path("harness/rcx_tools/site")
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, str]:
-    """Every page of the site's sources by its path."""
+    """Return every page of the site's sources by its path."""
     return {path: text.decode() for path, text in staged() if path.endswith(".md")}
 
 
@@ -105,7 +105,7 @@ def test_the_bundle_is_the_harness_unchanged(repository: Path, tmp_path: Path) -
 
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="the site needs Python 3.11 or newer")
 def test_the_bundle_alone_is_enough_to_import_the_runner(tmp_path: Path) -> None:
-    """As in a browser, which has neither site-packages nor the rooms that are left out."""
+    """A browser has neither site-packages nor the rooms that are left out."""
     (tmp_path / "bundle.zip").write_bytes(bundle())
     with ZipFile(tmp_path / "bundle.zip") as archive:
         archive.extractall(tmp_path)

@@ -44,11 +44,11 @@ class Page:
         wait.until(lambda _: condition())
 
     def run(self, expression: str) -> Any:
-        """What an expression of JavaScript gives."""
+        """Return the value of a JavaScript expression."""
         return self.browser.execute_script(f"return {expression}")
 
     def click(self, selector: str) -> None:
-        """Click at the first element that it selects."""
+        """Click the first element that matches the selector."""
         self.browser.find_element(By.CSS_SELECTOR, selector).click()
 
     def press(self, *keys: str) -> None:
@@ -56,11 +56,11 @@ class Page:
         ActionChains(self.browser).send_keys(*keys).perform()
 
     def text(self, selector: str) -> str:
-        """The text of the first element that it selects."""
+        """Return the text of the first element that matches the selector."""
         return str(self.run(f"document.querySelector('{selector}')?.textContent ?? ''")).strip()
 
     def row(self, name: str) -> str:
-        """The value beside the name of a signal; empty where it has no row."""
+        """Return the value next to the name of a signal; empty without a row."""
         rows = self.run(
             "[...document.querySelectorAll('.row:not(.group)')]"
             ".map((row) => [row.querySelector('.name').textContent,"
@@ -69,12 +69,12 @@ class Page:
         return str(dict(rows).get(name, ""))
 
     def shown(self) -> tuple[float, float]:
-        """Which part of the time is seen [s]."""
+        """Return the visible part of the time [s]."""
         words = self.run("document.getElementById('plot').getAttribute('aria-label')").split()
         return float(words[2]), float(words[5])
 
     def painted(self) -> int:
-        """How many different colours the chart has: more than a few where something is drawn."""
+        """Return the number of colours in the chart: more than a few if something is drawn."""
         script = """(() => {
           const plot = document.getElementById("plot");
           const data = plot.getContext("2d").getImageData(0, 0, plot.width, plot.height).data;
@@ -85,14 +85,14 @@ class Page:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[WebDriver]:
-    """Chromium without a window."""
+    """Return Chromium without a window."""
     with chromium(1280, 900, "performance") as driver:
         yield driver
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Ten minutes of a program that breaks a rule at 300 s: SI(00) and SI(06) in one scan."""
+    """Return a trace of ten minutes. At 300 s SI(00) and SI(06) change in one scan, a violation."""
     folder = tmp_path_factory.mktemp("view")
     program = Path(__file__).parents[2] / "cell/programs/RawArea.st"
     (folder / "lib").mkdir()
@@ -110,7 +110,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def moving(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A YK610XEC whose axis 1 turns from 0 to 90 degrees; a robot of one axis without a model."""
+    """Return a YK610XEC whose axis 1 turns by 90 degrees, and a one-axis robot without a model."""
     scara = RobotConfig(robot=("YK610XEC",)).axes
     config = RobotConfig(robot=("YK610XEC",), axes=(*scara, Axis(robot=2)))
     controller = Controller(config)
@@ -135,7 +135,7 @@ def page(browser: WebDriver, file: Path) -> Page:
 
 
 def test_a_click_leads_to_the_broken_rule_of_ten_minutes(page: Page) -> None:
-    """With its text and the section of the manual; the cursor stands there, signals beside it."""
+    """The rule's text and section appear; the cursor is there, with the signals next to it."""
     assert page.text("#rules") == "2 rules broken ▸"
     page.click("#rules")
     assert page.text("#a output") == "300.000 s"
@@ -213,7 +213,7 @@ def test_a_click_into_the_chart_puts_the_cursor_and_a_drag_moves_the_chart(page:
 
 
 def test_two_fingers_zoom_and_what_is_under_them_stays(page: Page) -> None:
-    """From 100 px apart to 200 px: half of the time is shown."""
+    """The distance grows from 100 px to 200 px: half of the time is shown."""
     begin, end = page.shown()
     box = page.run("document.getElementById('plot').getBoundingClientRect().toJSON()")
     y, left = box["top"] + 40, box["left"]
@@ -262,7 +262,7 @@ def test_the_button_plays_the_run_and_pauses_it(browser: WebDriver, moving: Path
 
 @pytest.mark.parametrize("width", [400, 760])
 def test_a_narrow_page_begins_with_the_robot(browser: WebDriver, moving: Path, width: int) -> None:
-    """As in the playground, whose chart is narrow."""
+    """The playground has such a narrow chart."""
     size = {"width": width, "height": 700, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:

@@ -17,7 +17,7 @@ _NODE = shutil.which("node")
 
 @pytest.mark.skipif(_NODE is None, reason="node is not installed")
 def test_the_parts_without_a_browser_work(tmp_path: Path) -> None:
-    """As modules of their folder; the page contains them one after the other."""
+    """The parts are modules of their folder; the page contains them one after the other."""
     folder = files("rcx_harness.trace.view").joinpath("page")
     (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
     for name in SCRIPTS:
@@ -34,7 +34,7 @@ def test_the_parts_without_a_browser_work(tmp_path: Path) -> None:
 
 
 def test_a_script_takes_only_from_those_before_it() -> None:
-    """So that one after the other is all that the page has to be."""
+    """Therefore the page can contain the scripts one after the other."""
     folder = files("rcx_harness.trace.view").joinpath("page")
     before: list[str] = []
     for name in SCRIPTS:

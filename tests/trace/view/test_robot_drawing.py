@@ -42,7 +42,7 @@ for (const { model, pose, pulses, mm } of JSON.parse(readFileSync("cases.json", 
 
 
 def _cases(model: str, count: int) -> list[dict[str, Any]]:
-    """Positions within the limits, with hands on and beside the R axis and shifts."""
+    """Return positions within the limits, with hands on and beside the R axis, and shifts."""
     draw = random.Random(7)
     hands = {(1, 1): Hand((60_000, -20_000, 30_000, 1))}
     hands[1, 2] = Hand((9000 if model.startswith("YK") else 40_000, 15_000, -5000, 0))

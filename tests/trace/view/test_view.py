@@ -199,7 +199,7 @@ _AXIS: dict[str, Any] = {"robot": 2, "kind": "axes", "axes": _ARM["axes"][:1]}
 
 
 def test_each_robot_has_its_shape_its_lanes_and_its_poses() -> None:
-    """Of the first controller robot 1 has two axes, robot 2 one; of the second nothing moves."""
+    """In the first controller robot 1 has two axes, robot 2 one; in the second nothing moves."""
     names = ["Robot 1 axis 1 [pulses]", "Robot 1 axis 2 [pulses]", "Robot 2 axis 1 [pulses]"]
     left: tuple[dict[str, Any], ...] = ({"left": True}, {})
     page = _shown(

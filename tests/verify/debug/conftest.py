@@ -15,7 +15,7 @@ LAMPS = Path(__file__).parent / "programs" / "Lamps.st"
 
 @pytest.fixture
 def lamps() -> Path:
-    """A program of which each scan is known by hand: in the n-th, C.Value is n, Doubled 2 n.
+    """Return a program whose scans are known: in the nth, C.Value is n and Doubled is 2 n.
 
     Lamp is DIM from the third scan on, BRIGHT from the sixth.
     """
@@ -24,7 +24,7 @@ def lamps() -> Path:
 
 @pytest.fixture
 def editor() -> Iterator[Editor]:
-    """An editor that has launched nothing yet."""
+    """Return an editor that has not launched anything."""
     made = Editor()
     yield made
     made.close()
@@ -32,7 +32,7 @@ def editor() -> Iterator[Editor]:
 
 @pytest.fixture
 def at_entry(editor: Editor, lamps: Path) -> Callable[..., Editor]:
-    """Launches the lamps and stops before their first statement."""
+    """Launch the lamps, and stop before their first statement."""
 
     def start(**launch: Any) -> Editor:
         editor.start(sources=[str(lamps)], stopOnEntry=True, **launch)
@@ -43,7 +43,7 @@ def at_entry(editor: Editor, lamps: Path) -> Callable[..., Editor]:
 
 @pytest.fixture
 def stopped(editor: Editor, lamps: Path) -> Callable[..., Editor]:
-    """Launches the lamps with these breakpoints and runs to the first."""
+    """Launch the lamps with these breakpoints, and run to the first."""
 
     def start(*breakpoints: Any, **launch: Any) -> Editor:
         editor.start({lamps: list(breakpoints)}, sources=[str(lamps)], **launch)

@@ -135,7 +135,7 @@ def test_commands_of_the_console(at_entry: Start) -> None:
 
 
 def test_an_event_of_a_robot_is_let_happen_at_a_moment(editor: Editor, repository: Path) -> None:
-    """Without a link the program reads Connected FALSE 100 ms after the last packet."""
+    """Without a link, the program reads Connected FALSE 100 ms after the last packet."""
     example = repository / "plc" / "examples" / "04_pick_and_place"
     editor.start(sources=[str(example)], stopOnEntry=True, for_="2s")
     editor.say(".scan 100")
@@ -160,9 +160,9 @@ def test_an_event_of_a_robot_is_let_happen_at_a_moment(editor: Editor, repositor
 
 @pytest.mark.exhaustive
 def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) -> None:
-    """Of 60,000 scans, 10 minutes of 10 ms: at most 1,000 snapshots, so one in 64.
+    """60,000 scans are 10 minutes of 10 ms: with at most 1,000 snapshots, one in 64 scans.
 
-    Then at most 63 scans run again, and the one that is looked at.
+    Then at most 63 scans run again, and the scan that is shown.
     """
     machine = launched({"sources": [str(lamps)], "for": "600s"}, []).machine
     player = Player(machine, Places(machine.program))

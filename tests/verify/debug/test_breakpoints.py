@@ -97,7 +97,7 @@ def test_a_logpoint_speaks_once_for_each_hit_and_does_not_stop(editor: Editor, l
 
 
 def test_a_block_can_be_named_instead_of_a_line(at_entry: Start) -> None:
-    """It stops at the first statement of each call, not at that of each round."""
+    """The run stops at the first statement of each call, but not of each loop iteration."""
     editor = at_entry()
     wanted = [{"name": "twice"}, {"name": "Thrice"}]
     told = editor.request("setFunctionBreakpoints", breakpoints=wanted)["breakpoints"]
@@ -144,7 +144,7 @@ def test_variables_of_a_call_are_not_watched(stopped: Start) -> None:
 
 
 def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(at_entry: Start) -> None:
-    """Set right by hand, the run goes on from there."""
+    """After a correction by hand, the run continues from there."""
     editor = at_entry()
     editor.go("rcx/stepScan", scans=3)
     editor.say("Divisor := 0")

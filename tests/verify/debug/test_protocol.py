@@ -123,7 +123,7 @@ def test_on_standard_output_there_is_nothing_but_messages(lamps: Path) -> None:
 
 
 def test_the_adapter_ends_with_its_client(lamps: Path) -> None:
-    """As VS Code does: it asks to disconnect, and closes nothing."""
+    """VS Code sends a disconnect request, and closes nothing."""
     pipe = subprocess.PIPE
     with subprocess.Popen(_RCX, stdin=pipe, stdout=pipe, stderr=pipe) as process:
         assert process.stdin is not None
@@ -136,7 +136,7 @@ def test_the_adapter_ends_with_its_client(lamps: Path) -> None:
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[tuple[int, str]]:
-    """A port that waits for clients, and its token."""
+    """Return a port that waits for clients, and its token."""
     process = subprocess.Popen(
         [*_RCX, "--port", "0", str(LAMPS)], stderr=subprocess.PIPE, text=True
     )
@@ -273,7 +273,7 @@ def test_a_wrong_launch_is_one_message(
 
 
 def test_options_have_the_names_that_they_have_in_rcx_run(editor: Editor, lamps: Path) -> None:
-    """`onLoss`, `on-loss` and `on_loss` are one; lists are options that are repeated."""
+    """`onLoss`, `on-loss` and `on_loss` are the same; lists are options that are repeated."""
     launch: dict[str, Any] = {"scan": "20ms", "on-loss": "clear", "seed": 3, "m": [0]}
     launch["onLoss"] = "clear"
     editor.start(sources=[str(lamps)], for_="100ms", __sessionId="x", **launch)
@@ -329,7 +329,7 @@ _WRONG: list[Any] = [[], 0, -1, "x", {}, None, True, 1e308, [1], [[]], {"a": 1},
 def test_arguments_of_wrong_types_are_answered(
     at_entry: Callable[..., Editor], command: str, keys: list[str]
 ) -> None:
-    """Whatever comes, the next request is answered.
+    """The next request is answered in every case.
 
     Source: a defect report: the debug adapter with wrong types or deep JSON.
     """

@@ -201,7 +201,7 @@ def test_a_broken_rule_is_met_where_it_was(tmp_path: Path, editor: Editor) -> No
 
 @pytest.mark.exhaustive
 def test_a_failed_test_leaves_one(pytester: pytest.Pytester, editor: Editor) -> None:
-    """In the folder of its chart and trace; a test that passes leaves no recording."""
+    """The recording is in the folder of the chart and the trace; a passing test leaves none."""
     shutil.copy(LAMPS, pytester.path)
     pytester.makeini("[pytest]\nrcx_sources = Lamps.st\nrcx_artifacts = kept\n")
     pytester.makepyfile(

@@ -26,7 +26,7 @@ Start = Callable[..., Editor]
 
 @pytest.fixture
 def shaking(editor: Editor) -> Start:
-    """Launches the cell with breakpoints by file and runs to the first."""
+    """Launch the cell with breakpoints by file, and run to the first."""
 
     def start(breakpoints: dict[str | Path, list[Any]]) -> Editor:
         editor.start(breakpoints, sources=[str(PLC)], robot=str(FOLDER / "shake.toml"))
@@ -45,7 +45,7 @@ def _lines(editor: Editor, command: str, thread: int, times: int) -> list[int]:
 
 
 def test_a_breakpoint_stops_the_task_that_reaches_its_line(shaking: Start) -> None:
-    """The PLC stands between two scans; SIDE has not been started."""
+    """The PLC stops between two scans; SIDE has not been started."""
     editor = shaking({MAIN: [2]})
     assert editor.stack(TASK_1) == [("SHAKE", 2)]
     assert editor.stack(1)[0][0] == "Main (Shake), between two scans"
@@ -114,7 +114,7 @@ def test_steps_go_over_into_and_out_of_subroutines(shaking: Start) -> None:
 
 
 def test_the_plc_goes_on_while_a_task_waits(shaking: Start) -> None:
-    """Before its WAIT ends the PLC has to see SO(20) and to take SI(20) back."""
+    """Before its WAIT ends, the PLC must see SO(20) and switch SI(20) OFF."""
     editor = shaking({MAIN: [{"line": 7, "hitCondition": "1"}]})
     assert editor.value("Answered") == "0"
     assert _lines(editor, "next", TASK_1, 1) == [8]
@@ -151,7 +151,7 @@ def test_a_task_shows_its_variables(shaking: Start) -> None:
 
 
 def test_the_console_shows_plc_and_tasks_side_by_side(shaking: Start) -> None:
-    """At each stop, and by .where."""
+    """They are shown at each stop, and by .where."""
     editor = shaking({MAIN: [{"line": 7, "hitCondition": "1"}]})
     shown = editor.say(".where")
     first, *tasks = shown.splitlines()

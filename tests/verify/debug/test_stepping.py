@@ -68,7 +68,7 @@ def test_a_step_by_scans_stops_before_their_first_statement(at_entry: Start) -> 
 
 
 def test_at_its_end_a_run_stops_so_that_one_can_go_back(editor: Editor, lamps: Path) -> None:
-    """Of 100 ms with a scan of 10 ms ten scans come to run: at 0, 10, ... 90 ms."""
+    """In 100 ms with a scan of 10 ms, ten scans run: at 0, 10, ... 90 ms."""
     why = editor.start(sources=[str(lamps)], for_="100ms")
     assert why["text"] == "the end of the run (100ms)"
     assert editor.value("C.Value") == "10"
@@ -98,7 +98,7 @@ def test_while_it_runs_what_needs_a_stop_is_refused(editor: Editor, lamps: Path)
 
 
 def test_two_programs_are_two_threads(editor: Editor, tmp_path: Path, lamps: Path) -> None:
-    """One of 10 ms and one of 20 ms: the second runs in every second scan."""
+    """The intervals are 10 ms and 20 ms: the second program runs in every second scan."""
     (tmp_path / "Slow.st").write_text(
         "PROGRAM Slow\n  VAR\n    Turns : INT;\n  END_VAR\n  Turns := Turns + 1;\nEND_PROGRAM\n"
     )

@@ -64,7 +64,7 @@ def test_a_long_array_comes_page_by_page(at_entry: Start) -> None:
     ],
 )
 def test_an_expression_has_its_own_value(stopped: Start, expression: str, value: str) -> None:
-    """In the third scan before line 57: Value 3, Doubled 6, Lamp DIM."""
+    """The program stops in the third scan before line 57: Value 3, Doubled 6, Lamp DIM."""
     assert stopped({"line": 57, "condition": "Doubled = 6"}).value(expression) == value
 
 

@@ -41,7 +41,7 @@ _ALONE = {"threads_per_worker": 1, "dashboard_address": ":0"}
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """Two workers; one that is killed is replaced, and an item may kill one."""
+    """Return two workers. A killed worker is replaced, and an item may kill one worker."""
     import dask
 
     failures = {"distributed.scheduler.allowed-failures": 0}
@@ -51,7 +51,7 @@ def cluster() -> Iterator[Any]:
 
 @pytest.fixture
 def farm(cluster: Any) -> Farm:
-    """A farm that works there."""
+    """Return a farm on the cluster."""
     return Farm(cluster=Cluster(cluster.scheduler_address))
 
 
@@ -78,7 +78,7 @@ def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path
 
 
 def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The worker has ended with another item, after this one and before it was fetched."""
+    """Its worker ended with another item, after this item and before the result was fetched."""
     result = distributed.Future.result
     taken = iter([True])
 
@@ -111,7 +111,7 @@ def test_an_item_that_kills_its_workers_is_named(farm: Farm, tmp_path: Path) -> 
 def test_a_program_is_explored_there_from_its_first_state_on(
     cluster: Any, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By hand: the state before the first scan, and each of Button with 0, 1, 2 after one."""
+    """By hand: the state before the first scan, and after one scan each value of Button, 0 to 2."""
     from structured_text.farm.dask import ClusterCrew
 
     file, given, give = tmp_path / "Count.st", [], ClusterCrew.give
@@ -188,7 +188,7 @@ def test_a_cluster_without_workers_is_reported() -> None:
 
 
 def other_package(folder: Path, repository: Path) -> Path:
-    """A copy of this package with another line; the folder to import it from."""
+    """Copy this package with an added line, and return the folder to import it from."""
     harness = folder / "harness"
     shutil.copytree(repository / "harness/structured_text", harness / "structured_text")
     with (harness / "structured_text/output/units.py").open("a") as stream:
@@ -198,7 +198,7 @@ def other_package(folder: Path, repository: Path) -> Path:
 
 @contextmanager
 def worker_with(package: Path, address: str) -> Iterator[None]:
-    """Meanwhile there is a worker that imports from a folder."""
+    """Run a worker that imports from a folder."""
     command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--no-nanny"]
     worker = subprocess.Popen(
         [*command, "--nthreads", "1", "--no-dashboard"],
@@ -254,7 +254,7 @@ def test_a_later_worker_with_other_sources_is_refused(tmp_path: Path, repository
 
 @pytest.fixture
 def certificates(tmp_path: Path, repository: Path) -> Path:
-    """Two folders with an authority and a certificate each, made as the page says."""
+    """Return two folders, each with an authority and a certificate, made as the page says."""
     if shutil.which("openssl") is None:
         pytest.skip("openssl not found (PATH)")
     page = (repository / "docs/how-to/cluster.md").read_text(encoding="utf-8")

@@ -33,7 +33,7 @@ END_PROGRAM
 
 @pytest.fixture(scope="module")
 def machine(tmp_path_factory: pytest.TempPathFactory) -> tuple[ProgramMachine, Names]:
-    """The program in any state, and the names of what is in it."""
+    """Return the program in any state, and the names of its elements."""
     file = tmp_path_factory.mktemp("named") / "Cell.st"
     file.write_text(PROGRAM)
     project = load([file])

@@ -22,7 +22,7 @@ def _block(variables: str, body: str, types: str = "") -> str:
 
 
 def _agrees(tmp_path: Path, source: str, scans: int = 80) -> None:
-    """The block of the source agrees, and in some scan it goes on."""
+    """Check that the block of the source agrees, and that not every scan ends in a fault."""
     file = tmp_path / "tried.st"
     file.write_text(source, encoding="utf-8")
     subject = Subject.of([file])
@@ -32,7 +32,7 @@ def _agrees(tmp_path: Path, source: str, scans: int = 80) -> None:
 
 
 def _operations(kind: str) -> str:
-    """Every operation of an integer type."""
+    """Return every operation of an integer type."""
     lines = ["R[0] := A + B;", "R[1] := A - B;", "R[2] := A * B;", "R[3] := A MOD B;",
              "R[4] := MAX(A, B, C);", "R[5] := MIN(A, B, C);", "R[6] := LIMIT(A, B, C);",
              "R[7] := SEL(A > B, A, C);", "R[8] := ABS(A);", "R[9] := ADD(A, B, C);",
@@ -59,7 +59,7 @@ def test_arithmetic_of_every_integer_type_wraps_as_on_the_engine(tmp_path: Path,
 
 @pytest.mark.parametrize("kind", _BITS)
 def test_bit_strings_are_joined_and_shifted_as_on_the_engine(tmp_path: Path, kind: str) -> None:
-    """Also by more than their width; by less than 0 stops both."""
+    """A shift may exceed the width; a negative one stops both."""
     variables = (
         f"VAR_INPUT A, B : {kind}; N : INT; END_VAR\nVAR R : ARRAY [0..12] OF {kind}; END_VAR"
     )
@@ -151,7 +151,7 @@ def test_durations_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_texts_are_cut_joined_and_compared_as_on_the_engine(tmp_path: Path) -> None:
-    """Also by counts that 16 bits do not hold; below 0 stops both."""
+    """Counts may exceed 16 bits; a negative count stops both."""
     variables = """
       VAR_INPUT A, B : STRING; N, P : INT; D : DINT; END_VAR
       VAR R : ARRAY [0..5] OF STRING; S : STRING; Q : ARRAY [0..5] OF BOOL; I : INT; END_VAR

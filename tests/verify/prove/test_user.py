@@ -180,7 +180,7 @@ def test_the_reference_is_written_only_by_the_library(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_an_undecided_property_is_unknown_with_a_state(tmp_path: Path) -> None:
-    """It takes 20000 scans to break it: no run that long is looked for."""
+    """It takes 20000 scans to break it, and the search does not try runs of that length."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  Stage := Stage + 1; IF Stage > 20000 THEN Stage := -20000; END_IF;\n"

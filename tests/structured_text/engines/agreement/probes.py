@@ -45,7 +45,7 @@ class Probe:
 
 
 def language_probes() -> list[Probe]:
-    """The probes of tests/data/language, by name."""
+    """Return the probes of tests/data/language, by name."""
     return [
         Probe(path.stem, (path,), writes=_writes(path.with_suffix(".json")))
         for path in sorted((_DATA / "language").glob("*.st"))
@@ -91,7 +91,7 @@ def _run(program: Program, probe: Probe) -> Iterator[dict[str, Any]]:
 
 
 def _plain(value: Any) -> Any:
-    """A value as JSON holds it: durations in microseconds, dates as ISO text."""
+    """Return a value as JSON holds it: durations in microseconds, dates as ISO text."""
     if isinstance(value, list):
         return [_plain(item) for item in value]
     if isinstance(value, dict):
@@ -104,17 +104,17 @@ def _plain(value: Any) -> Any:
 
 
 def trace_file(probe: Probe) -> Path:
-    """Where the trace recorded from matiec is kept."""
+    """Return the path of the trace that was recorded from matiec."""
     return _DATA / "traces" / f"{probe.name}.jsonl"
 
 
 def recorded_trace(probe: Probe) -> list[str]:
-    """The lines of the trace recorded from matiec."""
+    """Return the lines of the trace that was recorded from matiec."""
     return trace_file(probe).read_text(encoding="utf-8").splitlines()
 
 
 def differences(expected: list[str], got: list[str]) -> list[str]:
-    """Where two traces differ, one line each with scan, variable, expected and got."""
+    """Return the differences of two traces, one line each with scan, variable, expected and got."""
     found = []
     if expected[0] != got[0]:
         found.append(f"the trace is of other sources: {expected[0]}, now {got[0]}")

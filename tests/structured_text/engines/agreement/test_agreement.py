@@ -25,7 +25,7 @@ def test_the_recorded_trace_is_what_matiec_gives_today(probe: Probe) -> None:
     assert differences(recorded_trace(probe), trace(program, probe)) == []
 
 
-#: Where STruC++ 0.6.1 differs or refuses; docs/reference/engines.md says it in a user's words.
+#: Programs that STruC++ 0.6.1 refuses or runs differently; see docs/reference/engines.md.
 STRUCPP = {"array_dimensions": "no index of three dimensions",
            "arrays": "no initial value of an ARRAY", "blocks": "VAR_TEMP keeps its value",
            "comparisons": "no STRING beside a literal with < and >",

@@ -15,7 +15,7 @@ from structured_text.language.types import BlockType, StructType
 from structured_text.projects.needed import needed
 
 _PLC = Path(__file__).parents[4] / "plc"
-#: Those whose image is a pair of arrays; the others have tests of their own.
+#: Examples whose image is a pair of arrays; the others have tests of their own.
 EXAMPLES = [
     path.parent
     for path in sorted((_PLC / "examples").glob("*/Config.st"))

@@ -46,13 +46,13 @@ def test_durations_that_add_up_to_whole_seconds_compare_as_such(tmp_path: Path) 
 
 @pytest.mark.parametrize("literal", ["T#1ms", "T#64ms", "T#1s300ms"])
 def test_a_duration_is_what_its_literal_says(literal: str, tmp_path: Path) -> None:
-    """Many literals of matiec are one nanosecond short, so that sums and `=` miss them."""
+    """Many literals of matiec are one nanosecond short, so that sums and `=` are wrong."""
     doubled = {"T#1ms": "T#2ms", "T#64ms": "T#128ms", "T#1s300ms": "T#2600ms"}[literal]
     seen = _values(tmp_path, "Same : BOOL;", f"Same := {literal} + {literal} = {doubled};")
     assert seen["Same"] is True
 
 
 def test_a_string_literal_may_hold_a_line_feed(tmp_path: Path) -> None:
-    """In matiec it goes into the C text as it is, which no C compiler takes."""
+    """Matiec copies it into the C text unchanged, which C compilers refuse."""
     seen = _values(tmp_path, "Text : STRING := 'a$Lb';", "Text := CONCAT(Text, '$N');")
     assert seen["Text"] == "a\nb\n"

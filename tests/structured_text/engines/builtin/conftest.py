@@ -12,7 +12,7 @@ from structured_text.engines.builtin import BuiltinProgram
 
 @pytest.fixture
 def run(build: Callable[[str], BuiltinProgram]) -> Callable[..., Any]:
-    """Runs one scan of a PROGRAM made of variables and statements.
+    """Return a function that runs one scan of a PROGRAM made of variables and statements.
 
     Gives the variables named in `want`, one as it is, several as a tuple.
     """

@@ -58,7 +58,7 @@ def test_numbers_without_a_type_are_divided_in_the_same_way(
         pytest.param("A : WORD := 16#F0F0; B : WORD := 16#FF00; C, D, E, F : WORD;",
                      "C := A AND B; D := A OR B; E := A XOR B; F := NOT A;",
                      "C D E F", (0xF000, 0xFFF0, 0x0FF0, 0x0F0F), id="bit by bit"),
-        # Half a nanosecond is none, also 4000 times; as matiec does.
+        # Half a nanosecond is dropped, also 4000 times, as in matiec.
         pytest.param("A : TIME := T#1ms; F : REAL := 5.0E-7; G : REAL := 2.0E6; S1, Q1 : TIME;"
                      "I : INT;",
                      "FOR I := 1 TO 4000 DO S1 := S1 + A * F; Q1 := Q1 + A / G; END_FOR;",

@@ -89,7 +89,7 @@ def test_a_long_condition_has_the_value_of_its_parts(
 
 
 def test_a_long_condition_is_left_where_its_value_is_known(run: Run) -> None:
-    """What follows a FALSE before AND is not looked at, as in a short condition."""
+    """The rest after a FALSE before AND is not evaluated, as in a short condition."""
     guarded = " AND ".join(["I <= 2", *["A[I] = 0"] * 500])
     variables = "A : ARRAY [1..2] OF INT; I : INT := 3; Y : BOOL := TRUE;"
     assert run(variables, f"Y := {guarded};", "Y") is False

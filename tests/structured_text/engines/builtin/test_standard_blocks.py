@@ -18,7 +18,7 @@ _MS = timedelta(milliseconds=1)
 def _trace(
     build: Build, kind: str, levels: dict[str, str], changes: Changes, outputs: list[str], step: int
 ) -> dict[str, Any]:
-    """Outputs of a block after each scan: of a BOOL one character, of a TIME milliseconds.
+    """Return the outputs of a block per scan: one character of a BOOL, milliseconds of a TIME.
 
     Of an input each scan has one character, 1 is TRUE; any other input stays until it changes.
     """
@@ -52,7 +52,7 @@ def _case(
 def _timer(
     name: str, kind: str, levels: str, times: dict[int, int], q: str, et: list[int], step: int = 10
 ) -> Any:
-    """Its times in milliseconds, by the scan that sets them."""
+    """Return a timer case. `times` is in milliseconds, by the scan that sets them."""
     changes = {scan: {"PT": f"T#{ms}ms"} for scan, ms in times.items()}
     return _case(name, kind, {"IN": levels}, changes, {"Q": q} | ({"ET": et} if et else {}), step)
 

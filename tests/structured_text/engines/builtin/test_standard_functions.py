@@ -29,7 +29,7 @@ def _literal(argument: str) -> str:
 
 
 def _initial(argument: str) -> str:
-    """The initial value of a variable: untyped but for durations and dates."""
+    """Return the initial value of a variable: untyped, except for durations and dates."""
     kind, _, value = argument.partition(" ")
     return f"{kind}#{value}" if kind in ("TIME", "DATE", "TOD", "DT") else value
 

@@ -46,7 +46,7 @@ def test_case_of_an_enumeration_steps_through_its_members(build: Build) -> None:
 
 @pytest.mark.parametrize("end", ["Next(C := C)", "1 + Next(C := C)", "Next(C := C) + 1"])
 def test_the_end_of_a_for_loop_is_called_once(run: Run, end: str) -> None:
-    """Where it is a call: it is looked at before the first round.
+    """If the end value is a call, it is evaluated before the first iteration.
 
     Source: IEC 61131-3 (2003), 3.3.2.4.
     """
@@ -55,7 +55,7 @@ def test_the_end_of_a_for_loop_is_called_once(run: Run, end: str) -> None:
     assert run("I, N, C : INT;", body, "N C", before) == (3 if "1" in end else 2, 1)
 
 
-#: Variables, statements, the variables that are looked at, their values, and what stands before.
+#: Variables, statements, checked variables, their values, and the text before the program.
 _CASES = {
     "a FOR loop includes its end and may run no times": (
         "I : INT; N : INT; M : INT; Sum : INT; Z : INT;",
@@ -164,7 +164,7 @@ def test_a_program_has_these_values_after_one_scan(run: Run, name: str) -> None:
 
 
 def test_a_member_of_two_enumerations_has_the_wanted_type(run: Run) -> None:
-    """IDLE is the first of one type and the last of the other."""
+    """IDLE is the first member of one type and the last of the other."""
     before = "TYPE Mode1 : (IDLE, AUTO); END_TYPE\nTYPE Mode2 : (RUN, STOP, IDLE); END_TYPE"
     body = "A := IDLE; B := IDLE; C := A = IDLE; D := B = IDLE; E := Mode2#IDLE;"
     variables = "A : Mode1 := AUTO; B : Mode2; C, D : BOOL; E : Mode2;"

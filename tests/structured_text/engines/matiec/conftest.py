@@ -15,7 +15,7 @@ from structured_text.language.load import load
 
 @pytest.fixture
 def compiled(matiec: Matiec, tmp_path: Path) -> Callable[..., MatiecProgram]:
-    """Gives a function that compiles the texts it is given, one file each."""
+    """Return a function that compiles its texts, each as one file."""
 
     def compile_texts(*texts: str) -> MatiecProgram:
         files = []

@@ -25,7 +25,7 @@ END_CONFIGURATION
 
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache."""
+    """Return an empty cache."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.delenv("RCX_CACHE", raising=False)
     return tmp_path / "rcx-harness"

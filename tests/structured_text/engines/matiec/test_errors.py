@@ -17,7 +17,7 @@ Compile = Callable[..., MatiecProgram]
 
 @pytest.fixture
 def joined(tmp_path: Path) -> tuple[Project, SourceText]:
-    """A program of five lines that needs a type of three lines, whose file is given last."""
+    """Return a program of five lines and its type of three lines, whose file comes last."""
     program, kind = tmp_path / "program.st", tmp_path / "kind.st"
     program.write_text("PROGRAM PROBE\n  VAR\n    P : POINT;\n  END_VAR\n  P.X := 1; END_PROGRAM")
     kind.write_text("TYPE POINT : STRUCT\r\n    X : INT;\r\n  END_STRUCT; END_TYPE\r\n")

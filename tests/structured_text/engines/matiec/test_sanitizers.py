@@ -43,7 +43,7 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_library_leaves_nothing_undefined_and_never_leaves_its_arrays(matiec: Matiec) -> None:
-    """Random areas, Execute pins, offsets and sizes, illegal ones included, for 5,000 scans."""
+    """Areas, Execute pins, offsets and sizes are random, some of them illegal, for 5,000 scans."""
     done = _run()
     assert done.returncode == 0, done.stderr
     assert done.stdout == "no finding\n"

@@ -14,7 +14,7 @@ from structured_text.engines.native.program import NativeProgram
 
 @pytest.fixture(params=COMPILED)
 def compiled(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., NativeProgram]:
-    """Gives a function that compiles the texts it is given, one file each."""
+    """Return a function that compiles its texts, each as one file."""
 
     def compile_texts(*texts: str) -> NativeProgram:
         files = []

@@ -19,7 +19,7 @@ def _executable(path: Path, body: str = "exit 0") -> Path:
 
 
 def _rest(folder: Path, headers: str) -> tuple[Path, Path]:
-    """The standard blocks and headers of an installation."""
+    """Create the standard blocks and headers of an installation."""
     blocks, include = folder / "libs" / "iec-standard-fb.stlib", folder / headers
     for path in (blocks, include / "iec_std_lib.hpp"):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -43,7 +43,7 @@ def program(tmp_path: Path) -> Path:
 
 
 def _install(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str, compiler: str = "") -> None:
-    """A STruC++ and a C++ compiler that do what a shell script says."""
+    """Install a STruC++ and a C++ compiler that run a shell script."""
     _executable(folder / "strucpp", body)
     _rest(folder, "runtime/include")
     monkeypatch.setenv("RCX_STRUCPP", str(folder))

@@ -13,7 +13,7 @@ Errors = Callable[[str], list[InputError]]
 
 
 def _chain(kind: str, levels: int) -> str:
-    """Return types or blocks of which each has four of the one before."""
+    """Return types or blocks, each with four instances of the one before."""
     made = {
         "struct": "TYPE T{}: STRUCT {} END_STRUCT; END_TYPE\n",
         "block": "FUNCTION_BLOCK T{} VAR {} END_VAR END_FUNCTION_BLOCK\n",
@@ -61,7 +61,7 @@ def test_arrays_of_arrays_are_counted_from_the_inside(mistakes_of: Errors) -> No
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A program has at most 1,000 elements."""
+    """Limit a program to 1,000 elements."""
     monkeypatch.setattr(extent, "MOST_ELEMENTS", 1_000)
 
 

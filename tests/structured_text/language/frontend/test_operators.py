@@ -11,7 +11,7 @@ from structured_text.language.parser import parse_text
 
 
 def _shown(node: s.Expression) -> str:
-    """The expression with every pair of brackets written."""
+    """Return the expression with all brackets written."""
     if isinstance(node, s.Binary):
         return f"({_shown(node.left)} {node.op} {_shown(node.right)})"
     if isinstance(node, s.Unary):

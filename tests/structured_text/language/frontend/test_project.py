@@ -100,7 +100,7 @@ def test_global_and_located_variables_are_known(project_of: Load) -> None:
 @pytest.mark.parametrize(
     ("runs", "located"),
     [
-        # One that others call by its name has its own; of an instance they are listed once.
+        # A part that others call by name has its own entry; an instance's parts are listed once.
         ("PROGRAM B WITH T1 : Top;", [("%QW2", "B.Speed"), ("%QW1", "Feeder.Pulse")]),
         (
             "PROGRAM A WITH T1 : Feeder; PROGRAM B WITH T1 : Top;",
@@ -148,7 +148,7 @@ def test_a_variable_goes_before_a_list_of_its_name(build: Build) -> None:
 
 
 def test_a_label_of_a_case_may_be_a_global_constant(build: Build) -> None:
-    """By itself, and behind the name of its list."""
+    """The label has the constant's name, with or without the name of its list."""
     program = build(
         "VAR_GLOBAL CONSTANT Full : INT := 3; END_VAR\n",
         "PROGRAM P1 VAR I : INT := 3; A, B : INT; END_VAR\n"

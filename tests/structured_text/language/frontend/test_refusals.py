@@ -332,11 +332,11 @@ def test_a_block_cannot_be_given_a_global_that_it_uses(mistakes_of: Errors) -> N
 @pytest.mark.parametrize(
     ("source", "lines"),
     [
-        # What stands outside of declarations is one mistake, up to where one begins.
+        # Text outside of declarations is one error, up to the next declaration.
         ("END_VAR;\nX\nPROGRAM P1\nVAR I : INT; END_VAR\nI := TRUE;\nEND_PROGRAM\n", [1, 5]),
-        # One begins a line.
+        # A declaration begins a line.
         ("END_VAR; TYPE T1 : NONE1; END_TYPE\nTYPE T2 : NONE2; END_TYPE\n", [1, 2]),
-        # A mistake in the last word leaves what stands before it.
+        # An error in the last word leaves the text before it readable.
         ("PROGRAM P1\nVAR I : INT; END_VAR\nI := TRUE;\nI := 1 :=", [3, 4]),
     ],
 )
@@ -379,7 +379,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("at", ["", "CONSTANT"])
 def test_a_constant_of_a_configuration_stays_constant(at: str, mistakes_of: Errors) -> None:
-    """However the program declares it; a variable of the configuration can be written."""
+    """The program's declaration does not matter; a variable of the configuration can be written."""
     source = _CONFIGURATION.replace("VAR_EXTERNAL", f"VAR_EXTERNAL {at}")
     constant = source.replace("VAR_GLOBAL Shared : INT;", "VAR_GLOBAL CONSTANT Shared : INT := 3;")
     for text, refused in ((source, bool(at)), (constant, True)):
@@ -389,7 +389,7 @@ def test_a_constant_of_a_configuration_stays_constant(at: str, mistakes_of: Erro
 
 
 def test_a_global_that_a_block_does_not_use_may_be_given(mistakes_of: Errors) -> None:
-    """And so may a variable of the program's own where the block uses a global of that name."""
+    """The program's own variable may be given, too, if the block uses a global of that name."""
     frame = (
         "FUNCTION_BLOCK Inner VAR_IN_OUT X : INT; END_VAR{uses}\nX := 2;\nEND_FUNCTION_BLOCK\n"
         "PROGRAM P1 {declares} VAR I1 : Inner; END_VAR\nI1(X := Shared);\nEND_PROGRAM\n"

@@ -24,7 +24,7 @@ _PART = ("FC_RCXTICKETS", "FC_RCXREALBITS", "FB_SERVOON", "FB_RCXJOB", "FB_WRITE
 
 @pytest.fixture(scope="module")
 def library() -> Subject:
-    """What the compared blocks need of the library."""
+    """Return the part of the library that the compared blocks need."""
     own = [file for file in _FILES if file.stem.upper() in _PART]
     return Subject.of([*needed(own, _FILES), *own])
 
@@ -37,7 +37,7 @@ def test_the_translation_of_a_block_agrees_with_the_engine(library: Subject, nam
 
 
 def test_every_pou_of_the_library_is_compared_in_100_000_scans() -> None:
-    """At least 300 of each, and those of `make prove` are more."""
+    """Each POU has at least 300 scans, and `make prove` adds more."""
     pous = [file for file in _FILES if file.parent.name != "types"]
     assert min(SCANS, MATIEC_SCANS) >= 300
     assert SCANS * len(pous) >= 100_000
@@ -50,7 +50,7 @@ def test_the_same_seed_gives_the_same_scans(library: Subject) -> None:
 
 @pytest.fixture(scope="module")
 def bench() -> Subject:
-    """A few sources on matiec."""
+    """Return a few sources on matiec."""
     if reason := missing():
         pytest.skip(reason)
     files = [
@@ -79,7 +79,7 @@ def _tried(tmp_path: Path, body: str, *, matiec: bool = False) -> Subject:
 
 
 def test_a_wrong_translation_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A block that is translated wrongly is told with seed, scan, variable and both values."""
+    """The message has seed, scan, variable and both values."""
     subject = _tried(tmp_path, "T(CLK := A > 3);")
     assert agree(subject, "FB_TRIED", 50).disagreement == ""
     monkeypatch.setattr(
@@ -119,7 +119,7 @@ def test_a_fault_that_only_one_side_has_is_found(
 def test_a_comparison_that_cannot_be_made_is_no_agreement(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where every result is left open nothing is compared."""
+    """If every result is undetermined, nothing is compared."""
     subject = _tried(tmp_path, "R := A;")
 
     def opened(self: Machine, *_: object) -> None:
@@ -155,7 +155,7 @@ def test_the_report_says_in_words_what_was_compared_on_matiec() -> None:
 def test_what_is_known_rests_on_the_compiler(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Keys differ without matiec, with one, and with another one."""
+    """The keys differ without matiec, with one version of it, and with another version."""
     few = proving.library(tmp_path, "FC_RcxTickets")
     keys = set()
     for state in ("", "one", "other"):

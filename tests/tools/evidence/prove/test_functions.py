@@ -39,7 +39,7 @@ def test_a_half_that_is_lost_is_not_proved(tmp_path: Path) -> None:
 @pytest.mark.exhaustive(but=["FC_RcxBitsReal"])
 @pytest.mark.parametrize("name", ["FC_RcxRealBits", "FC_RcxBitsReal"])
 def test_a_real_and_its_pattern_are_each_others(tmp_path: Path, name: str) -> None:
-    """The long one, that the second loop goes on, is left to `make prove`.
+    """The long property, about the second loop, is left to `make prove`.
 
     Source: IEEE 754; heads of both.
     """

@@ -72,7 +72,7 @@ _GOOD = (
 
 @pytest.fixture
 def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A library of two blocks and a function, with two properties and a bug for each."""
+    """Return a library of two blocks and a function, with two properties and a bug for each."""
     folder = tmp_path / "lib"
     folder.mkdir()
     for name, text in (("FC_Clamp", _CLAMP), ("FB_A", _A), ("FB_B", _B)):
@@ -88,7 +88,7 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The goals that the solver is asked for."""
+    """Return a list of the goals that are passed to the solver."""
     names: list[str] = []
     real = jobs.answers
 
@@ -106,7 +106,7 @@ def _bugs(library: Path, *rows: str) -> None:
 
 
 def _prove(library: Path, *arguments: str) -> int:
-    # Compiled sources are kept by name and time; each run here finds its own.
+    # Compiled sources are cached by name and time; each run here needs its own.
     jobs.library_at.cache_clear()
     return runner.main(["--jobs", "0", "--out", str(library.parent / "out"), *arguments])
 

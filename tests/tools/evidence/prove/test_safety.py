@@ -17,12 +17,12 @@ from rcx_tools.evidence.prove.solve import ask
 
 @pytest.mark.parametrize("block", ["FB_RealTimeValue", "FB_WriteBit", "FB_SetInchingAmount"])
 def test_nothing_of_a_block_leaves_its_range(block: str, tmp_path: Path) -> None:
-    """Whatever its pins hold."""
+    """The pins may have any values."""
     assert statuses(_SAFETY, library(tmp_path, block), block.upper()) == {"proved"}
 
 
 def test_a_number_is_converted_only_where_an_integer_can_hold_it(tmp_path: Path) -> None:
-    """Each REAL at the pin, up to infinity and what is no number."""
+    """The pin takes every REAL, including infinity and not-a-number."""
     assert statuses(_SAFETY, library(tmp_path, "FB_MoveTPtp"), "FB_MOVETPTP") == {"proved"}
 
 
@@ -38,7 +38,7 @@ def test_a_limit_of_what_was_scaled_is_one_of_the_pattern(compared: Any) -> None
 
 
 def test_a_limit_that_is_no_literal_stays() -> None:
-    """Nothing is known of where the answer changes."""
+    """It is unknown where the answer changes."""
     pattern, limit = z3.BitVec("pattern", 32), z3.FP("limit", z3.Float64())
     number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())
     assert exactly(number < limit).eq(number < limit)

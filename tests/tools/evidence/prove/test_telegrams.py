@@ -35,7 +35,7 @@ _BUGS = {
 
 @cache
 def _examples() -> Mapping[int, tuple[dict[str, Any], list[int]]]:
-    """What the prose of each worked example gives, and the 16 words that count."""
+    """Return the values in the prose of each worked example, and the 16 words as meant."""
     found = {}
     for one in load_toml(ROOT / "tests/data/worked_examples.toml")["example"]:
         words = [int(word, 16) for word in one.get("meant_command", one["command"]).split()]
@@ -56,7 +56,7 @@ def test_each_worked_example_is_legal() -> None:
 
 
 def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says_so() -> None:
-    """Of each example one bit that makes it illegal, and one that does not, if there is any.
+    """In each example one bit makes it illegal, and one does not, if there is any.
 
     Source: remote command guide 4.2.1 to 4.9.3, the tables of the commands.
     """
@@ -109,7 +109,7 @@ def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says
 def test_a_value_beyond_its_limits_is_illegal(
     number: int, words: dict[int, int], good: bool
 ) -> None:
-    """Of a worked example, with other words n+2 to n+30.
+    """The telegram is that of a worked example, with other words n+2 to n+30.
 
     Source: remote command guide 4.2.1, 4.2.14, 4.2.23, 4.3.2, 4.3.3, 4.4.1, 4.4.2, 4.5.1, 4.6.3.
     """
@@ -178,7 +178,7 @@ def test_the_pins_of_an_example_say_its_words(number: int) -> None:
 
 
 def _library(folder: Path, block: str, bug: str = "") -> Library:
-    """What one block needs of plc/lib, perhaps with a bug."""
+    """Return the part of plc/lib that one block needs, perhaps with a bug."""
     whole = Library((ROOT / "plc/lib").resolve())
     sources = {file.stem: file for file in sorted(whole.folder.rglob("*.st"))}
     needed, waiting = set(), [block]
@@ -201,7 +201,7 @@ def _library(folder: Path, block: str, bug: str = "") -> Library:
 
 
 def _not_proved(library: Library, block: str) -> dict[str, list[str]]:
-    """The goals of each property that are not proved."""
+    """Return the goals of each property that are not proved."""
     return {
         item.name: [
             goal.name

@@ -30,7 +30,7 @@ _PARTS = (
 
 
 def _library(folder: Path, bug: str = "") -> Library:
-    """As much of plc/lib as the turns need, with a seeded bug."""
+    """Return the part of plc/lib that the turns need, perhaps with a seeded bug."""
     files = sorted(_LIB.rglob("*.st"))
     wanted = [file for file in files if file.stem in _BLOCKS]
     for file in {*wanted, *needed(wanted, files)}:
@@ -70,7 +70,10 @@ def test_a_command_whose_block_has_gone_comes_to_its_end(tmp_path: Path) -> None
 
 
 def test_the_states_that_the_proofs_speak_of_exist(tmp_path: Path) -> None:
-    """Two that wait, one of them called: otherwise everything would be proved of nothing."""
+    """Two blocks wait and one of them is called.
+
+    Without such states the proofs would be about nothing.
+    """
     step = turns.call(_library(tmp_path), "COMMAND", 2)
     wait = [z3.And(job.lives(step.after.channel), job.waits) for job in step.after.jobs]
     assert ask(step.assumed, z3.Not(z3.And(*wait)), 60).status == REFUTED
