@@ -267,9 +267,9 @@ def run(options: RunOptions) -> None:
     With --connect the controller is another one: rcx serve, or a real one. Ctrl-C ends the run;
     zeros go out before the connection is closed.
 
-    Exit code: 0 without a violation, 1 with violations, with a robot program that
-    an error has stopped, or with too little coverage, 2 on bad input, and with --connect if no
-    packet came from the controller.
+    Exit code: 0 without a violation, 1 with violations, with a robot program that an error has
+    stopped, or with too little coverage, 2 on bad input, and with --connect if no packet came from
+    the controller.
     """
     collector = _collector(options)
     _check_panel(options)
