@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from lark import Lark
 
 from rcx_harness.robot import Pallet, Point, RobotConfig
 from rcx_harness.robot.controller_memory import Parameters
-from rcx_harness.robot.program import parsing, read_program
+from rcx_harness.robot.program import read_program
 from rcx_harness.robot.program.all_file import read_all
 from rcx_harness.robot.program.checks import endless_loops, problems
 from rcx_harness.robot.program.words import words
@@ -128,13 +129,13 @@ def test_ten_thousand_lines_need_the_parser_for_few_statements(
         for k in range(2500)
     )
     calls = []
-    explain = parsing.Lark.parse
+    explain = Lark.parse
 
     def counted(lark: object, statement: str) -> object:
         calls.append(statement)
         return explain(lark, statement)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(parsing.Lark, "parse", counted)
+    monkeypatch.setattr(Lark, "parse", counted)
     program, errors = read_program(text)
     assert errors == []
     assert program is not None
