@@ -35,7 +35,7 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
-from rcx_harness.cli.stopped_programs import busy_programs, own_errors, program_errors
+from rcx_harness.cli.stopped_programs import busy_programs, program_errors, stopped_programs
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
 from rcx_harness.trace.bare import heard
@@ -270,9 +270,9 @@ def run(options: RunOptions) -> None:
     With --connect the controller is another one: rcx serve, or a real one. Ctrl-C ends the run;
     zeros go out before the connection is closed.
 
-    Exit code: 0 without a violation, 1 with violations, with a robot program that has stopped with
-    an error of its own, or with too little coverage, 2 on bad input, and with --connect if no
-    packet came from the controller.
+    Exit code: 0 without a violation, 1 with violations, with a robot program that an error has
+    stopped, or with too little coverage, 2 on bad input, and with --connect if no packet came from
+    the controller.
     """
     collector = _collector(options)
     _check_panel(options)
@@ -289,8 +289,8 @@ def run(options: RunOptions) -> None:
 
 
 def _stopped_programs(outcome: _Outcome) -> int:
-    """Return how often a robot program has stopped with an error of its own."""
-    return own_errors(outcome.cell) if isinstance(outcome.cell, Cell) else 0
+    """Return how often an error has stopped a robot program."""
+    return stopped_programs(outcome.cell) if isinstance(outcome.cell, Cell) else 0
 
 
 def _collector(options: RunOptions) -> Collector | None:

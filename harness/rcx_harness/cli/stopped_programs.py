@@ -8,20 +8,20 @@ from rcx_harness.cell import Cell
 from rcx_harness.spec.tables import public_alarms
 from structured_text.output.units import format_us
 
-__all__ = ["busy_programs", "own_errors", "program_errors"]
+__all__ = ["busy_programs", "program_errors", "stopped_programs"]
 
 _MOST = 5
 #: Full cycles from which on a program is named; a long calculation may fill some.
 _FULL_CYCLES = 20
 
 
-def own_errors(cell: Cell) -> int:
-    """Return how often a robot program has stopped with an error that it has caused itself.
+def stopped_programs(cell: Cell) -> int:
+    """Return how often an error has stopped a robot program.
 
-    An error that follows from an alarm of the controller is not counted: a stimulus can have
-    raised that alarm on purpose.
+    A stop input, an emergency stop or an alarm of the controller is not an error of a program: a
+    stimulus can have caused it on purpose.
     """
-    return sum(error.own for robot in cell.robots for error in robot.program.errors)
+    return sum(len(robot.program.errors) for robot in cell.robots)
 
 
 def busy_programs(cell: Cell) -> Iterator[str]:

@@ -59,15 +59,12 @@ class ProgramError(NamedTuple):
         program: Name of the program.
         line: Line with the error.
         number: Number of the alarm.
-        own: The program has caused it; else an alarm of the controller has, such as one that a
-            stimulus has raised.
     """
 
     t_us: int
     program: str
     line: int
     number: str
-    own: bool = True
 
 
 class Surroundings(Protocol):
@@ -595,9 +592,7 @@ class Programs:
         if task.handler >= 0 and task.error_at < 0:
             task.error, task.error_at = (number, task.line), task.at
             return task.handler
-        own = not self._machine.alarms.has(number)
-        name = task.program.name
-        self.errors.append(ProgramError(self.now_us, name, task.line, number, own))
+        self.errors.append(ProgramError(self.now_us, task.program.name, task.line, number))
         place = Place(_ROBOT_TASK, task.number)
         self._machine.alarms.note(number, self.now_us, place=place)
         if self.config.program_error_is_serious:

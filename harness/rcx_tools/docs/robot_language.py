@@ -101,8 +101,8 @@ Without one it stops the programs. The alarm is in the history. It is the one of
 command where there is one. The numbers 5.997 to 5.999 are not the vendor's: `PATH START` without a
 path or away from its start, too many `GOSUB` in each other, and a value of a wrong type.
 
-A program that an error has stopped is a finding: `rcx run` counts it and ends with exit code 1. An
-alarm of the controller that a stimulus has raised does not count.
+A program that an error has stopped is a finding: `rcx run` counts it and ends with exit code 1. A
+stop input, an emergency stop and an alarm of the controller are not errors of a program.
 
 ## A file with all data (.ALL)
 
