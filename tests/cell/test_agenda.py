@@ -1,4 +1,4 @@
-"""What happens next: the order of a cell's events, and those that come again and again."""
+"""The order of a cell's events, single and repeated."""
 
 from __future__ import annotations
 
