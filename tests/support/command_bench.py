@@ -1,4 +1,4 @@
-"""A PLC with many command blocks, of which one is called: the test is the robot controller."""
+"""A PLC with many command blocks, of which one is called; the test plays the controller."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ Shape = Callable[[int, int], bool]
 
 
 class Pattern(NamedTuple):
-    """What Execute or Enable does."""
+    """The course of Execute or Enable."""
 
     name: str
     on: Shape
@@ -47,7 +47,7 @@ def _dropped(at: int) -> Pattern:
 
 
 class Event(NamedTuple):
-    """What happens to the cell; it lasts until the block has ended, or for some scans."""
+    """An event in the cell; it lasts until the block has ended, or for some scans."""
 
     name: str
     set: Callable[[ContractBench, bool], None]

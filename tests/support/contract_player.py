@@ -1,4 +1,4 @@
-"""A robot controller of a few lines, for runs in their thousands: it answers as it is told to."""
+"""A small robot controller for thousands of runs: it answers as each case demands."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ENDLESS = 1 << 30
 
 
 class Fate(NamedTuple):
-    """What becomes of a remote command.
+    """The course of a remote command.
 
     Attributes:
         name: For people.

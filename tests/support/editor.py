@@ -22,7 +22,7 @@ class RefusedError(Exception):
 
 
 class _Mail:
-    """What the adapter writes, message by message."""
+    """The messages that the adapter writes."""
 
     def __init__(self) -> None:
         self.messages: Queue[dict[str, Any]] = Queue()

@@ -1,4 +1,4 @@
-"""Controllers in the states of the worked examples, and what is found in them afterwards.
+"""Controllers in the states of the worked examples, and their data afterwards.
 
 The keys are those that the head of tests/data/worked_examples.toml explains. All of these robots
 have 1000 pulses to the millimetre, so 0.001 mm is one pulse.

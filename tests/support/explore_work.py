@@ -15,7 +15,7 @@ from structured_text.explore.search import World
 
 
 class Choice(NamedTuple):
-    """What may happen: the double, and so much more."""
+    """A choice: double the number and add so much."""
 
     number: int
 

@@ -1,4 +1,4 @@
-"""What is exported in tests, and what it must have in common with what is read back of it."""
+"""Exports for the tests, and the properties that must survive an export and an import."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a folder of bodies and tables must have in common with the sources."""
+"""The properties that a folder of bodies and tables must share with the sources."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _BIT = {f"SO{byte}{bit}": (32 + byte, 1 << bit) for byte in (0, 1) for bit in ra
 
 
 class CaseFailure(AssertionError):  # noqa: N818 - a failed assertion, told with its case
-    """What a case has shown to be wrong."""
+    """A case whose result is wrong."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
-"""Programs of users, with what they need besides, and with faults of the kinds that are made there.
+"""Programs of users, with all that they need, and with typical faults.
 
-Each is found by a campaign; what a campaign finds in other cells must not depend on one of them.
+A campaign finds each of them; the findings of a campaign in other cells must not depend on one of
+them.
 """
 
 from __future__ import annotations

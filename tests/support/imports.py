@@ -1,4 +1,4 @@
-"""What the sources say: who imports whom, also inside functions; which private names they reach."""
+"""The imports and private names in the sources, including imports inside functions."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""FB_Jog and FB_ContinuousPosition, told a second time: one call of `scan` is one call.
+"""A second, independent model of FB_Jog and FB_ContinuousPosition.
 
-Written from the remote command guide, 4.2.6 and 4.7.4, and the heads of the blocks, without timers.
+One call of `scan` is one call of the block. Written from the remote command guide, 4.2.6 and 4.7.4,
+and the heads of the blocks, without timers.
 """
 
 from __future__ import annotations

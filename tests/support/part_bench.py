@@ -1,4 +1,4 @@
-"""FB_PickPlace beside other blocks, with a robot, a hand and parts of which the truth is known.
+"""FB_PickPlace beside other blocks, with a simulated robot, hand and parts.
 
 The controller executes a command two scans after its code has come, and answers then.
 """

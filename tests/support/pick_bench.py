@@ -1,4 +1,4 @@
-"""FB_PickPlace with a robot of a few lines that ends each command at once, and tells them.
+"""FB_PickPlace with a small robot that ends each command at once, and lists the commands.
 
 The words are those of guide 4.2.1, 4.2.5, 4.2.17 and 4.5.1.
 """

@@ -34,7 +34,7 @@ class Member:
 
 @dataclass(frozen=True)
 class PinRow:
-    """What one pin is on the wire; where a pin has several, their conditions differ."""
+    """One row for a pin on the wire. The rows of a pin differ in their conditions."""
 
     pin: str
     default: str

@@ -1,4 +1,4 @@
-"""Where the schema of PLCopen TC6 XML 2.01 wants elements and attributes."""
+"""The order of elements and attributes in the schema of PLCopen TC6 XML 2.01."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ class Legal:
 
 @dataclass(frozen=True)
 class Row:
-    """One row: equal places one after the other, and what they may hold."""
+    """One row: equal places one after the other, and their legal values."""
 
     places: tuple[Place, ...]
     what: str

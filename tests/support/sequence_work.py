@@ -1,4 +1,4 @@
-"""A piece of work behind an Execute pin, and what a block sees of the robot, told a second time.
+"""Work behind an Execute pin, and a block's view of the robot, modelled a second time.
 
 Without timers; see sequence_rules. Outputs of the controller are named `SO02`, its inputs `SI01`;
 times are in milliseconds of PLC time.

@@ -1,4 +1,4 @@
-"""What a failed test leaves: the timing chart of its end, the trace, the broken rules."""
+"""The output of a failed test: the timing chart of its end, the trace, the broken rules."""
 
 from __future__ import annotations
 
