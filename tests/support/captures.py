@@ -78,7 +78,7 @@ def pcap(
     nano: bool = False,
     kept: int = 65535,
 ) -> Path:
-    """Write a pcap file, little endian; a packet longer than `kept` is cut."""
+    """Write a pcap file, little endian; a packet longer than `kept` bytes is cut."""
     magic = 0xA1B23C4D if nano else 0xA1B2C3D4
     parts = [struct.pack("<IHHiIII", magic, 2, 4, 0, 0, kept, link)]
     for t_us, data in packets:

@@ -202,7 +202,7 @@ class FaultCell:
         self._folder.cleanup()
 
     def restore(self, snapshot: object) -> None:
-        """Begin anew from `snapshot` of the cell."""
+        """Go back to `snapshot` of the cell."""
         self.cell.restore(snapshot)
         self._history.clear()
         self.quiet = False
@@ -269,7 +269,7 @@ class FaultCell:
             self._history.append((self._last.scan, seen))
 
     def until(self, condition: Callable[[], bool], most: int, what: str) -> None:
-        """Scan until `condition`, at most so many scans."""
+        """Scan until `condition` holds, for at most this number of scans."""
         for _ in range(most + 1):
             if condition():
                 return

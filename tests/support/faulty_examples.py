@@ -150,7 +150,7 @@ def changed_example(folder: Path, example: str, changes: _Changes = ()) -> None:
     They are cycles written by hand, without FB_WorkCycle and FB_Interlock.
 
     Raises:
-        ValueError: something to be replaced does not stand there.
+        ValueError: a text to be replaced is missing.
     """
     source = ROOT / "tests/data/by_hand" / example
     left = [*(_PICKER if example == _04 else ()), *changes]

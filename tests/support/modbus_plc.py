@@ -60,7 +60,7 @@ class ModbusPlc:
             yield self.holds
 
     def wait_exchanges(self, number: int = 1) -> None:
-        """Wait until so many more exchanges (reading, then writing) have been made whole."""
+        """Wait until this many more exchanges (reading, then writing) are complete."""
         with self._exchanged:
             goal = self._exchanges + number
             done = self._exchanged.wait_for(lambda: self._exchanges >= goal, _LIMIT_S)

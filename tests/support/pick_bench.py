@@ -88,7 +88,7 @@ class PickBench(PlcBench):
         return self.told[before:]
 
     def until(self, text: str) -> None:
-        """Wait until this command comes, with a start before it where nothing is under way."""
+        """Wait until this command comes; start the block first if it is idle."""
         if not self["Pick.Busy"]:
             self.start()
         self.scan_until(lambda: bool(self.told) and self.told[-1] == text, most=300)

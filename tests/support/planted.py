@@ -34,7 +34,7 @@ def planted(folder: Path, fault: Fault | None = None) -> Path:
         The project's folder.
 
     Raises:
-        ValueError: `before` does not stand once in the file.
+        ValueError: `before` is not exactly once in the file.
     """
     project = Path(shutil.copytree(PLANTED / "cell", folder / "cell"))
     if fault:

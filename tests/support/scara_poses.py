@@ -182,7 +182,7 @@ def compare(some: Iterable[Pose], engine: str = "auto") -> Worst:
     """Return the largest differences of these poses.
 
     Args:
-        some: Poses; those of one robot with one hand should stand together.
+        some: Poses; poses of one robot with one hand should be together.
         engine: What runs the blocks.
     """
     with tempfile.TemporaryDirectory() as folder:
