@@ -140,7 +140,7 @@ class Story:
         group: The multicast group that the controller sends to, if it does.
 
     Attributes:
-        packets: What there is so far: microseconds, IP packet.
+        packets: The packets so far: microseconds, IP packet.
     """
 
     def __init__(

@@ -27,7 +27,7 @@ class RobotView:
         alarm: The first two words of the response.
         out: A code is on the wire since the last scan.
         running: It has been answered with a status.
-        channel: Whose turn it is.
+        channel: The turns of the command channel.
         asking: The block that asks for its command in this scan.
     """
 

@@ -111,7 +111,7 @@ class ContractBench:
         connected: The status of the PLC's scanner.
         safe: The pins EmergencyStopOk and StopOk.
         player: The controller.
-        scans: How many scans have been judged.
+        scans: Number of scans that have been checked.
     """
 
     def __init__(self, block: str, lib: Sequence[Path] = LIBRARY) -> None:

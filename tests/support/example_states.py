@@ -34,7 +34,7 @@ def example_config(state: Mapping[str, Any], **knobs: Any) -> RobotConfig:
     """Return a configuration with all that a state has stored.
 
     Args:
-        state: Of an example.
+        state: State of an example.
         knobs: More fields of RobotConfig.
     """
     given: dict[str, Any] = {key: state[key] for key in _SAME_NAME if key in state}

@@ -78,7 +78,7 @@ def trace_of(example: Example, program: list[Path], folder: Path) -> list[str]:
     Args:
         example: Says what happens to the program.
         program: All its files; the library is not looked for.
-        folder: For an empty library.
+        folder: Folder in which an empty library is made.
     """
     empty = folder / "no-library"
     empty.mkdir()

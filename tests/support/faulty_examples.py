@@ -86,9 +86,9 @@ class Faulty:
     Attributes:
         name: The kind of fault.
         example: Its folder.
-        changes: What is replaced by what: the fault.
+        changes: The fault, as pairs of a text and its replacement.
         kind: The failure that shows it.
-        seed: A seed that does.
+        seed: A seed with which a campaign finds the fault.
     """
 
     name: str

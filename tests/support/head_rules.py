@@ -161,14 +161,14 @@ class HandshakeRules:
         Args:
             now: Time of the scan.
             there: Link and CPU_OK.
-            status: As read in this scan.
+            status: Status as read in this scan.
             asked: The holder of the channel asks for its command.
             hold: No new command yet.
-            code: Of the command, with the robot number.
+            code: Command code, with the robot number.
             first: Its first data word.
             same: Its data words are those on the wire.
             channel: Its turn; passed on here.
-            interval: How long the controller may take to see a change.
+            interval: Longest time until the controller sees a change.
         """
         seen = self._up.look(now, there and not self._lost, interval)
         self._lost = False

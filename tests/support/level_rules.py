@@ -21,10 +21,10 @@ class LevelView(RobotView):
 
     Attributes:
         released: SI(06) is ON and settled.
-        stop_ok: Nothing keeps SI(06) OFF, as of the last scan.
+        stop_ok: SI(06) may be ON, according to the last scan.
         stopped: Emergency stop, by the controller or by the PLC.
         response: The words of the response.
-        stop_jog: A jog that is out is to stop.
+        stop_jog: A jog that was sent must stop.
     """
 
     released: bool = False

@@ -26,7 +26,7 @@ class ModbusPlc:
     Attributes:
         port: Its TCP port; the same after `stop` and `start`.
         holds: Registers by number; those that are not there are 0.
-        refuses: A code to refuse every request with, or none.
+        refuses: The code with which every request is refused, or None.
         deaf: Requests get no answer.
         requests: Function code, first register and number of each request, in their order.
     """
