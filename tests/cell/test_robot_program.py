@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from example_runs import changes
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
+from rcx_harness.testing.evidence import state_of
 
 FOLDER = ROOT / "tests/data/robot_programs"
 
 
-def _cell(link: str = "direct", trace: Path | None = None) -> Cell:
+def _cell(link: str = "direct", trace: Path | None = None, positions: str = "") -> Cell:
     """Return the cell with CellSafe; Start is pressed at 500 ms."""
     cell = Cell.build(
         FOLDER / "Supervisor.st",
@@ -21,6 +21,7 @@ def _cell(link: str = "direct", trace: Path | None = None) -> Cell:
         link=link,
         robot=FOLDER / "robot.toml",
         trace=trace,
+        positions=positions,
     )
     cell["Main.CellSafe"] = True
     cell.run("500ms")
@@ -44,15 +45,18 @@ def test_the_robot_brings_each_part_to_the_place_that_the_plc_names() -> None:
 
 
 @pytest.mark.exhaustive
-def test_over_ethernet_ip_the_same_bytes_go_over_the_wire() -> None:
-    """Time is virtual, so that both links show the same areas at the same times."""
+def test_over_ethernet_ip_the_trace_is_the_same() -> None:
+    """Time is virtual: areas, positions and lines of the program change at the same times."""
     seen = []
     for link in ("direct", "enip"):
-        with _cell(link) as cell:
+        with _cell(link, positions="mm") as cell:
             cell.run("2s")
-            seen.append(list(changes(cell.trace.lines())))
+            seen.append(list(cell.trace.lines()))
             assert cell["Main.Count"] >= 1
-    assert seen[0] == seen[1]
+    direct, enip = seen
+    assert direct[0] == enip[0].replace('"link":"enip"', '"link":"direct"')
+    assert direct[1:] == enip[1:]
+    assert sum('"tasks":' in line for line in direct) > 5
 
 
 def test_the_same_run_gives_the_same_trace(tmp_path: Path) -> None:
@@ -62,6 +66,29 @@ def test_the_same_run_gives_the_same_trace(tmp_path: Path) -> None:
             cell.run("2s")
     first, second = ((tmp_path / name).read_bytes() for name in ("first.jsonl", "second.jsonl"))
     assert first == second
+
+
+def test_after_a_snapshot_the_trace_names_the_lines_again() -> None:
+    """The first cycle after `restore` has the tasks, whatever was recorded in between."""
+    with _cell() as cell:
+        cell.run("2s")
+        begin = cell.snapshot()
+        lines = []
+        for _ in range(2):
+            cell.restore(begin)
+            cell.run("50ms")
+            cycles = cell.trace.cycles()[-10:]
+            assert cycles[0].tasks is not None
+            lines.append([cycle.line() for cycle in cycles])
+        assert lines[0] == lines[1]
+
+
+def test_a_failed_test_tells_the_line_of_each_task() -> None:
+    """At first the program is ready; then it waits for the request of the PLC."""
+    with _cell() as cell:
+        assert "robot task 1: PLACE ready" in state_of(cell)
+        cell.run_until(lambda: cell.robot.program.main.line == 4, within="4s")
+        assert "robot task 1: PLACE:4 WAIT SI(20)=1" in state_of(cell).splitlines()
 
 
 def test_a_snapshot_in_the_middle_of_a_movement_continues_alike() -> None:

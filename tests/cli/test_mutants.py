@@ -262,3 +262,50 @@ def test_a_row_of_reasons_must_be_whole(project: Path, capsys: Captured) -> None
     Path("mutants.toml").write_text('[[survivor]]\nblock = "Lamp"\n', encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
     assert "[[survivor]] 1 is not whole; it needs block, line" in capsys.readouterr().err
+
+
+_ASKS = """PROGRAM Asks
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Answered : BOOL;
+  END_VAR
+  OutputArea[32] := BYTE#65;
+  OutputArea[34] := BYTE#1;
+  Answered := InputArea[34] = BYTE#2;
+END_PROGRAM
+"""
+_WITH_PROGRAM = """
+from rcx_harness import Cell
+
+
+def test_the_robot_program_answers():
+    with Cell.build("plc", engine="builtin", robot="robot.toml") as cell:
+        cell.run("200ms")
+        for task in cell.robot.program.tasks:
+            task.go(cell.now_us)
+        cell.robot.write_port("SO(77)", 0)
+        cell.run("100ms")
+        assert cell["Main.Answered"]
+"""
+
+
+@pytest.mark.exhaustive
+def test_a_robot_program_runs_in_the_cells_of_mutants(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """SO(21) answers SI(20): each mutant that asks or understands wrongly is killed by the test."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
+    files = {
+        "plc/Asks.st": _ASKS,
+        "robot.toml": 'booted = true\n\n[[programs]]\nfile = "MAIN.PGM"\n',
+        "MAIN.PGM": "WAIT SI(20)=1\nSO(21)=1\nWAIT SI(27)=1\n",
+        "tests/test_asks.py": _WITH_PROGRAM,
+        "pytest.ini": "[pytest]\nrcx_sources = plc\ntestpaths = tests\n",
+    }
+    for name, text in files.items():
+        Path(name).parent.mkdir(exist_ok=True)
+        Path(name).write_text(text, encoding="utf-8")
+    main(["mutants", "plc", "--json", "found.json", "--", "pytest", "-q"])
+    assert _found()["killed"]
+    assert {7, 8}.isdisjoint(line for line, _ in _survivors())

@@ -11,8 +11,8 @@ from probed_robot import StationLine
 from rcx_harness.cli import points as cli
 from rcx_harness.cli.app import main
 from rcx_harness.look.judge.judge import JudgeOptions, judge
-from rcx_harness.robot import RobotConfig
-from rcx_harness.robot.stored import Point
+from rcx_harness.robot import Axis, RobotConfig
+from rcx_harness.robot.stored import Hand, Pallet, Point
 from serve_process import ServeProcess, own_addresses
 
 Captured = pytest.CaptureFixture[str]
@@ -54,6 +54,49 @@ def test_a_backup_compares_equal(robot: Robot, tmp_path: Path, capsys: Captured)
     robot()
     assert main(["points", "compare", "h", str(file)]) == 0
     assert capsys.readouterr().out.endswith("0 of 2 differ\n")
+
+
+def test_a_backup_as_all_file_compares_equal(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    """Point 19 is in pulses, point 50 in mm; what a restore does not need is named."""
+    config = RobotConfig(
+        comments={3: '"A" '},
+        shifts={2: (1000, -2500, 0, 90_000)},
+        hands={(1, 4): Hand((0, 150_000, 15_000, 1)), (1, 5): Hand((7, 2_000, 0, 0))},
+        pallets={1: Pallet(2, 3, 1, 50)},
+        undefined_data_alarm="6.204",
+    )
+    robot(config)
+    file = tmp_path / "points.ALL"
+    assert main(["points", "backup", "h", str(file), "--numbers", "0-60"]) == 0
+    text = file.read_text(encoding="utf-8")
+    assert text == (
+        "[PNT]\nP19=120000 -45000 30000 0 0 0\n"
+        "P50=10.000 -20.000 5.000 -18.000 0.000 0.000\n\n"
+        '[PCM]\nPC3=""A""\n\n[SFT]\nS0=0.000 0.000 0.000 0.000\nS2=1.000 -2.500 0.000 90.000\n\n'
+        "[HND]\nH0=0 0.000 0.000\nH4=0.000 150.000 15.000 R\nH5=7 2.000 0.000\n\n"
+        "[PLT]\nPL1\nNX=2\nNY=3\nNZ=1\nPLP=50\n\n"
+    )
+    file.write_text(f"{text}[PGM]\nNAME=A\nHALT\n[XYZ]\n", encoding="utf-8")
+    robot(config)
+    assert main(["points", "compare", "h", str(file)]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.endswith("0 of 9 differ\n")
+    assert "passed over: line 27: section [XYZ]\npassed over: 1 program\n" in shown.err
+    robot()
+    assert main(["points", "restore", "h", str(file), "--write"]) == 0
+    assert capsys.readouterr().out.endswith("0 of 9 differ\n")
+
+
+def test_hands_of_other_robots_have_no_place_in_an_all_file(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    robot(RobotConfig(axes=(Axis(), Axis(robot=2)), hands={(2, 1): Hand((1, 0, 0, 0))}))
+    file = tmp_path / "points.all"
+    backup = ["points", "backup", "h", str(file), "--kind", "hands", "--robot", "2"]
+    assert main(backup) == 1
+    assert "left out: hands of robot 2: a .ALL file has those of robot 1" in capsys.readouterr().err
 
 
 def test_a_file_that_is_there_is_never_written_over(

@@ -16,14 +16,15 @@ FOLDER = ROOT / "tests/data/robot_programs"
 def test_an_error_of_a_robot_program_is_shown_with_its_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Point 77 does not exist: alarm 6.204."""
+    """Point 77 does not exist: alarm 6.204. The exit code is 1, as with a violation."""
     (tmp_path / "BAD.PGM").write_text("WAIT SI(20)=1\nMOVE P,P77\n")
     (tmp_path / "robot.toml").write_text('[[programs]]\nfile = "BAD.PGM"\n')
     files = [str(FOLDER / "Supervisor.st"), f"--robot={tmp_path / 'robot.toml'}"]
     stimulus = f"--stimulus={FOLDER / 'stimulus.toml'}"
-    assert main(["run", *files, stimulus, "--engine=builtin", "--for=2s"]) == 0
+    assert main(["run", *files, stimulus, "--engine=builtin", "--for=2s"]) == 1
     shown = capsys.readouterr().out
     assert re.search(r"robot program BAD stopped at \d+ ms in line 2: alarm 6\.204 \(Point", shown)
+    assert "no violations, 1 stopped robot program" in shown
 
 
 def test_a_wrong_robot_program_is_refused_before_the_run(
@@ -34,3 +35,36 @@ def test_a_wrong_robot_program_is_refused_before_the_run(
     robot = f"--robot={tmp_path / 'robot.toml'}"
     assert main(["run", str(FOLDER / "Supervisor.st"), robot, "--engine=builtin"]) == 2
     assert f"{tmp_path / 'BAD.PGM'}:2: there is no label *NOWHERE" in capsys.readouterr().err
+
+
+def test_a_loop_in_which_no_time_passes_is_named_and_the_run_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The program starts at 1.8 s and has 140 cycles then."""
+    (tmp_path / "BUSY.PGM").write_text("*L:\nIF SI(27)=1 THEN *E\nSGI0=SGI0+1\nGOTO *L\n*E: HALT\n")
+    (tmp_path / "robot.toml").write_text('[[programs]]\nfile = "BUSY.PGM"\n')
+    files = [str(FOLDER / "Supervisor.st"), f"--robot={tmp_path / 'robot.toml'}"]
+    stimulus = f"--stimulus={FOLDER / 'stimulus.toml'}"
+    assert main(["run", *files, stimulus, "--engine=builtin", "--for=2500ms"]) == 0
+    shown = capsys.readouterr().out
+    assert re.search(
+        r"robot program BUSY: no time passes in a loop at line [234]; it has used all its 100 "
+        r"statements in 1[34]\d cycles; add a WAIT or a DELAY",
+        shown,
+    )
+    assert "500 controller cycles" in shown
+
+
+def test_an_alarm_that_a_stimulus_has_raised_is_no_error_of_the_program(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A serious alarm stops the movement at 2.2 s; the exit code stays 0."""
+    (tmp_path / "GO.PGM").write_text("MOVE P,100.0 0 0 0 0 0,S=5\n")
+    (tmp_path / "robot.toml").write_text('[[programs]]\nfile = "GO.PGM"\n')
+    text = (FOLDER / "stimulus.toml").read_text()
+    alarm = '\n[[at]]\ntime = "2200ms"\nrobot = [{ event = "alarm", group = 12, category = 600 }]\n'
+    (tmp_path / "stimulus.toml").write_text(text + alarm)
+    files = [str(FOLDER / "Supervisor.st"), f"--robot={tmp_path / 'robot.toml'}"]
+    stimulus = f"--stimulus={tmp_path / 'stimulus.toml'}"
+    assert main(["run", *files, stimulus, "--engine=builtin", "--for=2500ms"]) == 0
+    assert "stopped robot program" not in capsys.readouterr().out

@@ -137,7 +137,8 @@ def _program(blocks: list[str]) -> str:
         shared = library().shared.get(block, {})
         declared += [f"B{number} : {block};"]
         declared += [f"B{number}{name} : {kind};" for name, kind in shared.items()]
-        given = "".join(f", {name} := B{number}{name}" for name in shared)
+        given = library().areas.get(block, "")
+        given += "".join(f", {name} := B{number}{name}" for name in shared)
         calls.append(f"{number}: B{number}(Robot := Robot{given});")
     chosen = "CASE Chosen OF\n" + "\n".join(calls) + "\nEND_CASE;"
     variables = "\n".join(declared)

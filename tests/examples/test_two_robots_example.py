@@ -148,7 +148,7 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
 ) -> None:
     """The robot is moved by hand without servos, or by the programming box in manual mode.
 
-    Source: head of FB_Interlock: forget Outside with the servos, the link or AUTO mode
+    Source: head of FB_Interlock: clear Outside when servos, link or AUTO mode are lost
     """
     with _started(name) as cell:
         cell.run_until(

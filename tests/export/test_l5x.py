@@ -11,6 +11,7 @@ import pytest
 from example_runs import EXAMPLES
 from exported import example_sources, library, written
 from l5x_structure import faults
+from mistakes import check
 from plc_bench import ROOT
 from rcx_harness.cell.sources import source_files
 from structured_text.engines.base import Program
@@ -18,7 +19,6 @@ from structured_text.engines.load import build
 from structured_text.export import TARGETS
 from structured_text.export.output import write
 from structured_text.export.parts import Sources
-from structured_text.language.load import check
 from structured_text.language.types import BlockType
 
 

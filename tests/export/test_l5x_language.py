@@ -7,6 +7,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+from exported import left_out
 from rcx_harness.cell.exports import export
 from rcx_harness.cell.sources import source_files
 from structured_text.engines.base import Program
@@ -27,7 +28,7 @@ def _lines(folder: Path, variables: str, statements: str, declared: str = "") ->
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statements}\nEND_FUNCTION_BLOCK"
     )
     output = _exported(folder, f"{declared}\n{block}\n")
-    assert output.left_out == ()
+    assert left_out(output) == ()
     root = ET.fromstring(output.files[""])
     (routine,) = root.iterfind(
         ".//AddOnInstructionDefinition[@Name='FB_Mine']/Routines/Routine[@Name='Logic']"
@@ -246,7 +247,7 @@ def probe(tmp_path: Path) -> tuple[Program, Program]:
     source = tmp_path / "Probe.st"
     source.write_text(_PROBE)
     output = export("l5x", program=[source], only_needed=True)
-    assert output.left_out == ()
+    assert left_out(output) == ()
     (file,) = write(output, tmp_path / "probe.L5X")
     files = (source_files([one], None).all for one in (source, file))
     original, back = (build(list(one), "builtin").program for one in files)
@@ -292,9 +293,9 @@ def test_a_part_that_is_not_carried_is_named(
     )
     user = "PROGRAM Mine\n  VAR\n    It : FB_Mine;\n  END_VAR\n  It();\nEND_PROGRAM"
     output = _exported(tmp_path, f"{block}\n{user}\n")
-    assert output.left_out[0].startswith("FUNCTION_BLOCK FB_Mine: ")
+    assert left_out(output)[0].startswith("FUNCTION_BLOCK FB_Mine: ")
     assert said in str(output.missing[0])
-    assert output.left_out[1] == "PROGRAM Mine: needs FB_Mine, which is not carried"
+    assert left_out(output)[1] == "PROGRAM Mine: needs FB_Mine, which is not carried"
     assert "FB_Mine" not in output.files[""]
 
 
@@ -308,7 +309,7 @@ def test_an_instruction_that_is_not_on_the_list_is_never_written(
         tmp_path, f"{_DECLARATIONS}FUNCTION_BLOCK FB_Mine\n{body}END_FUNCTION_BLOCK\n"
     )
     said = "FUNCTION_BLOCK FB_Mine: Structured Text of Logix has no FLL: FLL(0, a, 1);"
-    assert output.left_out == (said,)
+    assert left_out(output) == (said,)
     assert "FLL" not in output.files[""]
 
 
@@ -323,7 +324,7 @@ def test_a_second_program_is_named_and_a_structure_begins_with_its_values(tmp_pa
         text += f"    PROGRAM Run{name} WITH Cyclic : {name};\n"
     text += "  END_RESOURCE\nEND_CONFIGURATION\n"
     output = _exported(tmp_path, text)
-    said = "\n".join(output.left_out)
+    said = "\n".join(left_out(output))
     assert "PROGRAM Two: a file holds one program" in said
     assert "PROGRAM Three: a file holds one program" in said
     root = ET.fromstring(output.files[""])

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from exported import left_out
 from exported_dialect import WITH_INITIAL_VALUES
 from rcx_harness.cell.exports import export
 from rcx_harness.cell.sources import source_files
@@ -317,7 +318,7 @@ def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> 
     file = tmp_path / "Outside.st"
     file.write_text(_OUTSIDE.replace("VAR_GLOBAL\n", "VAR_GLOBAL NON_RETAIN (* NON_RETAIN *)\n"))
     output = export("twincat", program=[file], only_needed=True)
-    assert output.left_out == (
+    assert left_out(output) == (
         "CONFIGURATION Config0: TASK Fast (line 29), PROGRAM Main (line 30): "
         "make a task in the project and let it call the program",
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from exported import example_sources, written
+from exported import example_sources, left_out, written
 from exported_dialect import declared, differing, untyped
 from rcx_harness.cell.exports import export
 from structured_text.export import TARGETS
@@ -136,7 +136,7 @@ def test_enumerations_are_numbers_with_their_names(files: Mapping[str, str]) -> 
     assert listed in files["types/enumerations.txt"]
     assert "        1 (* SPEED_DIRECT *): Data[1] :=" in files["command/movement/FB_MovePtp.st"]
     row = _rows(files["command/movement/FB_MovePtp.csv"])["SpeedMode"]
-    assert row == ["Word [Signed]", "VAR_INPUT", "0", "", "how Speed is given"]
+    assert row == ["Word [Signed]", "VAR_INPUT", "0", "", "unit of Speed"]
 
 
 def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
@@ -152,7 +152,7 @@ def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
         "  X1 := NOT Set;\nEND_FUNCTION_BLOCK\n"
     )
     output = export("mitsubishi", program=[program], only_needed=True)
-    assert sorted(output.left_out) == [
+    assert sorted(left_out(output)) == [
         "FUNCTION_BLOCK FB_Above: needs FB_Count, which is not carried",
         "FUNCTION_BLOCK FB_Count: GX Works3 has no LINT",
         "PROGRAM Located: has global or located variables (Q); make it again in the tool",

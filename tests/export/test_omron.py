@@ -11,11 +11,11 @@ import pytest
 from example_runs import EXAMPLES
 from exported import recorded, trace_of, written
 from exported_dialect import WITH_INITIAL_VALUES, declared, untyped
+from mistakes import check
 from rcx_harness.cell.exports import export
 from structured_text.engines.load import build
 from structured_text.export.parts import Sources
 from structured_text.language import syntax as s
-from structured_text.language.load import check
 from structured_text.language.printer import init_text
 
 #: Elementary types of NJ and NX controllers. Source: Omron W501, page 6-32, and W506, 8-7.

@@ -11,6 +11,7 @@ import pytest
 
 from example_runs import EXAMPLES
 from exported import example_sources, recorded, shapes, trace_of
+from mistakes import check
 from plc_bench import ROOT
 from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
@@ -20,7 +21,6 @@ from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.export import TARGETS
 from structured_text.export.output import write
 from structured_text.export.parts import Sources
-from structured_text.language.load import check
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 Captured = pytest.CaptureFixture[str]

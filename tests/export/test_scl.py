@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from exported import imported, shape, written
+from exported import imported, left_out, shape, written
 from rcx_harness.cell.exports import export
 from structured_text.export.body import Scope
 from structured_text.export.parts import Sources
@@ -109,7 +109,7 @@ def test_functions_get_the_arguments_that_are_left_out_and_shifts_their_names() 
     at = s.Position(1, 1)
     kind = s.NamedSpec(s.Name("INT", at), at)
     variables = dict.fromkeys(("A", "B", "CHAR"), kind)
-    scope = Scope(variables, {}, {"FC_IT": ("First", "Second")}, {"FC_IT"})
+    scope = Scope(variables, lambda spec: spec, {"FC_IT": ("First", "Second")}, {"FC_IT"})
     body = "A := FC_It(First := SHL(B, A + 1)) + LEN(IN := B); (* SHL(a, b) *) Char.Label := 'A';"
     assert scl_body(body, scope, names) == (
         '#A := "FC_It"(First := SHL(IN := #B, N := #A + 1), Second := 2) + LEN(#B);'
@@ -123,7 +123,7 @@ def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
         "PROGRAM Located\n  VAR\n    Q AT %QX0.0 : BOOL;\n  END_VAR\n  Q := TRUE;\nEND_PROGRAM\n"
     )
     output = export("scl", program=[program], only_needed=True)
-    assert output.left_out[0].startswith("PROGRAM Located: has global or located variables")
+    assert left_out(output)[0].startswith("PROGRAM Located: has global or located variables")
     assert "Located" not in output.files[""]
     assert [line.partition(":")[0] for line in written("scl").notes] == ["PROGRAM PowerUp"]
 

@@ -9,6 +9,7 @@ import pytest
 
 from example_runs import EXAMPLES
 from exported import comments, shapes, written
+from mistakes import check
 from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
 from structured_text.engines.load import build
@@ -17,7 +18,7 @@ from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.export.output import Output, write
 from structured_text.export.parts import Sources
-from structured_text.language.load import check, load
+from structured_text.language.load import load
 from structured_text.output.exported import MARK
 
 Captured = pytest.CaptureFixture[str]

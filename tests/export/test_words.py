@@ -15,6 +15,7 @@ import pytest
 from example_runs import EXAMPLES
 from exported import example_sources, sample, written
 from rcx_harness.cell.exports import export
+from rcx_tools.docs.words import entry_sources
 from structured_text.engines.base import Program
 from structured_text.engines.load import build
 from structured_text.errors import InputError
@@ -167,8 +168,9 @@ def test_later_functions_and_blocks_are_refused_by_name(target: str, tmp_path: P
 def test_every_entry_of_a_list_has_a_source(name: str) -> None:
     """Each form is a name with parameters, or an operator."""
     found = words(name)
-    assert len(found.sources) >= len(found.functions) + len(found.blocks) + 3
-    for entry, source in found.sources.items():
+    sources = entry_sources(name)
+    assert len(sources) >= len(found.functions) + len(found.blocks) + 3
+    for entry, source in sources.items():
         assert len(source) > 10, entry
     for key, form in found.functions.items():
         assert form.parameters or re.fullmatch(r"\W+|AND|OR|XOR|MOD|\.LEN", form.name), key

@@ -155,7 +155,7 @@ def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_it_is_not_valid_while_a_step_is_out_that_goes_elsewhere(engine: str) -> None:
-    """Source: pins: Valid, the controller has taken Percent; Busy, on the way to it."""
+    """Source: pins: Valid, the controller has accepted Percent; Busy, changing the speed."""
     plc = _begun(engine, Percent=80, auto=5, Rise=30)
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     assert plc.words[2] == 35

@@ -99,7 +99,7 @@ def test_it_comes_from_above_and_leaves_to_above() -> None:
 
 
 def test_without_shifts_no_shift_is_selected_at_the_end() -> None:
-    """Source: RCX_PICK_SHIFTS: all 0: no shift is selected by it."""
+    """Source: RCX_PICK_SHIFTS: if the first four are 0, no shift is selected."""
     assert picking(Shifts__Afterwards=7).work() == _PLAIN
 
 

@@ -299,7 +299,7 @@ def test_of_two_outputs_a_hand_that_stayed_open_fetches_its_part_anew(place: int
 
 
 def test_of_two_outputs_a_hand_that_is_closed_goes_on_with_its_part() -> None:
-    """Source: head of FB_PickPlace: closed, it goes on with the unfinished movement."""
+    """Source: head of FB_PickPlace: if they close it, the block continues the movement."""
     bench = _begun(5, "refused", outputs=2)
     bench.moved_by_hand()
     before = len(bench.told)

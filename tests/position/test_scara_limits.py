@@ -102,7 +102,7 @@ _WRONG: list[tuple[dict[str, Any], bool]] = [
 @pytest.mark.parametrize("name", ["Forward", "Inverse"])
 @pytest.mark.parametrize(("arm", "wrong"), _WRONG, ids=str)
 def test_an_arm_that_cannot_be_is_refused(name: str, arm: dict[str, Any], wrong: bool) -> None:
-    """Axes 5 and 6 do not count. Source: comments of RCX_SCARA; docs/how-to/position.md."""
+    """Axes 5 and 6 are ignored. Source: comments of RCX_SCARA; docs/how-to/position.md."""
     if name == "Forward":
         position, hand, error = forward([0, 1, 0, 0], **arm)
         if wrong:

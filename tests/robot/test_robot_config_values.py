@@ -129,9 +129,11 @@ _OTHERS: dict[str, Any] = {
     "alarm_history_length": 500,
     "program_statements": 100,
     "program_stack": 20,
+    "tcounter_ms": 1,
     "plain_variables": "real",
     "program_type_alarm": "5.999",
     "program_stack_alarm": "5.998",
+    "program_path_alarm": "5.997",
 }
 
 

@@ -161,7 +161,7 @@ def _job(**inputs: object) -> Alone:
 
 @pytest.mark.parametrize(("ahead", "taken"), [(0, 1), (32_766, 1), (32_767, 0)])
 def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, taken: int) -> None:
-    """Source: head of FC_RcxTickets: those that live are never more than 32767 apart."""
+    """Source: head of FC_RcxTickets: tickets in use are never more than 32767 apart."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel.NextTicket"] = job["Channel.Lowest"] = ahead
     job["Block.Execute"] = True
@@ -216,7 +216,7 @@ def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(a
 
 @pytest.mark.parametrize(("ahead", "live"), [(10, True), (32_767, True), (32_768, False)])
 def test_a_ticket_is_its_own_up_to_32767_ahead_and_passed_beyond(ahead: int, live: bool) -> None:
-    """Source: head of FC_RcxTickets: from 32768 on the other one is the earlier."""
+    """Source: head of FC_RcxTickets: from 32768 on Last is the earlier ticket."""
     job = _waiting()
     serving = 40_000 - ahead
     channel = {"Serving": serving, "NextTicket": serving + 10, "Lowest": 40_005}

@@ -29,6 +29,19 @@ from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 _LIMIT_S = 300.0
 _MULTIPLIER = 5  # 128 packet intervals: a busy machine must not lose the link
 _STOPS_RELEASED = bytes(32) + b"\x41" + bytes(15)
+#: The robot file of the first controller.
+_PROGRAM = """
+[[programs]]
+name = "ECHO"
+text = '''
+*AGAIN:
+WAIT SI(20)=1
+SO(20)=1
+WAIT SI(20)=0
+SO(20)=0
+GOTO *AGAIN
+'''
+"""
 
 
 class Page:
@@ -91,7 +104,7 @@ def page(
 ) -> Iterator[Page]:
     """Return the page of two served controllers; the second robot is of a known type."""
     folder = tmp_path_factory.mktemp("served")
-    texts = ("", 'robot = "SXYX"\n[[axes]]\nstart = 122880\n')
+    texts = (_PROGRAM, 'robot = "SXYX"\n[[axes]]\nstart = 122880\n')
     options = ["--web", "0"]
     for number, (address, text) in enumerate(zip(addresses, texts, strict=True)):
         (folder / f"{number}.toml").write_text(text, encoding="utf-8")
@@ -258,6 +271,27 @@ def test_the_robot_is_drawn_and_its_axes_are_shown_in_pulses_and_mm(page: Page) 
     page.find("nav button:first-child").click()
     expected = "Robot 1: 1 0, 2 0, 3 0, 4 0"
     page.until(lambda: page.browser.execute_script(drawn) == expected, "the other one is drawn")
+
+
+def test_the_listing_shows_the_line_that_is_executed_now(page: Page, scanner: Scanner) -> None:
+    """SI(12) starts the program; it waits in line 2 for SI(20), then in line 4 for its end."""
+    marked = "return document.querySelector('#programs [data-state]')?.textContent ?? ''"
+
+    def until(text: str) -> None:
+        page.until(lambda: page.browser.execute_script(marked) == text, f"{text} is not marked")
+
+    until("")
+    assert page.text("#programs .listing summary") == "ECHO\ntask 1, ready"
+    scanner.write(bytes(32) + b"\x41\x04" + bytes(14))
+    until("2WAIT SI(20)=1")
+    scanner.write(bytes(32) + b"\x41\x00\x01" + bytes(13))
+    until("4WAIT SI(20)=0")
+    scanner.write(_STOPS_RELEASED)
+    until("2WAIT SI(20)=1")
+    page.find("nav button:nth-child(2)").click()
+    page.until(lambda: not page.find("#programs").is_displayed(), "another program is shown")
+    page.find("nav button:first-child").click()
+    until("2WAIT SI(20)=1")
 
 
 def test_everything_can_be_reached_by_keyboard_and_has_a_name(page: Page) -> None:

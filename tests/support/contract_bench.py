@@ -51,6 +51,7 @@ _STARTS: dict[str, Start] = {
     "FB_AutoStart": _SERVO,
     "FB_EmergencyStop": _RUNNING,
     "FB_ProgramContinue": Start(("SO02",)),
+    "FB_ProgramCall": _RUNNING,
     "FB_ProgramReset": Start(("SO02",)),
     "FB_ProgramStop": _RUNNING,
     "FB_ReturnToOrigin": _SERVO,
@@ -69,9 +70,16 @@ _CODES = {
     "FB_ToolPosition": {0x506},
 }
 #: Scans in which a block checks its inputs before it sends a command.
-_SCANS_BEFORE_CODE = {"FB_MoveTable": 1, "FB_PickPlace": 1, "FB_PointRestore": 2}
+_SCANS_BEFORE_CODE = {
+    "FB_MoveTable": 1,
+    "FB_PickPlace": 1,
+    "FB_PointRestore": 2,
+    "FB_ProgramCall": 1,
+}
 #: Blocks that refuse to start while servos are off or there is an alarm.
 _NEED_SERVOS = ("FB_MoveTable", "FB_PickPlace")
+#: Blocks that write general-purpose words and bits: SIW(2) to SIW(7), SI(20).
+_GENERAL = ("FB_ProgramCall",)
 #: Blocks that wait for a connection.
 _WAIT_FOR_LINK = ("FB_PowerUp",)
 
@@ -168,6 +176,7 @@ class ContractBench:
     def _forget(self, case: Case) -> None:
         start = _STARTS.get(self.block, _SERVO)
         self.player.begin(start, case.fate, case.signal, case.shown, case.delay)
+        self.player.takes_jobs = self.block in _GENERAL
         self.player.settle(int.from_bytes(self._si[32:34], "little"))
         self.connected, self.safe = True, (True, True)
         self._written = (True, True, True)
@@ -184,6 +193,13 @@ class ContractBench:
         """Return the block's outputs."""
         return self._look()
 
+    @property
+    def _judged(self) -> bytes:
+        """What was written, without the general-purpose words and bits of the block."""
+        if self.block not in _GENERAL:
+            return self._si
+        return self._si[:4] + bytes(12) + self._si[16:34] + bytes(1) + self._si[35:]
+
     def _scan(self, execute: bool) -> Pins:
         """Run one scan and check it."""
         if execute is not self._execute:
@@ -199,7 +215,7 @@ class ContractBench:
         self.scans += 1
         pins = self.pins
         self._history.append((so, self._si, execute, pins))
-        wrong = self._rules.scan(so, self._si, self.connected, self.safe, execute, pins)
+        wrong = self._rules.scan(so, self._judged, self.connected, self.safe, execute, pins)
         if wrong:
             self._fail(wrong)
         found = self._monitor.scan(self._now_us, self.scans)
@@ -218,7 +234,7 @@ class ContractBench:
         self._monitor.restore(monitor)  # type: ignore[arg-type]
         self._history.clear()
         self._forget(case)
-        self._rules.begin(self._si, self.pins)
+        self._rules.begin(self._judged, self.pins)
         try:
             self._disturb(case)
             self._come_to_rest(case)
@@ -274,7 +290,7 @@ class ContractBench:
             command, next_command, sequence, next_sequence = self._turns()
             free = command == next_command and sequence == next_sequence
             bits = int.from_bytes(self._si[32:34], "little")
-            if free and not bits & REQUESTS and not any(self._si[:32]) and not any(pins):
+            if free and not bits & REQUESTS and not any(self._judged[:32]) and not any(pins):
                 break
         else:
             self._fail(f"not at rest {_MOST_RELEASE_SCANS} scans after the causes have gone")

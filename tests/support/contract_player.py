@@ -106,6 +106,7 @@ class Player:
         alarm: An alarm comes with the next call.
         cpu_ok: FALSE: the controller is not in its normal state.
         auto: FALSE: the AUTO mode is left.
+        takes_jobs: A robot program takes jobs of FB_ProgramCall, and completes them at once.
     """
 
     def __init__(self) -> None:
@@ -126,7 +127,9 @@ class Player:
         self._mask = bit(signal) if signal else 0
         self._shown = shown
         self._gone = 0
-        self._lag: deque[tuple[int, int, int, int]] = deque(maxlen=delay + 1)
+        self._lag: deque[tuple[int, int, int, int, int, int]] = deque(maxlen=delay + 1)
+        self.takes_jobs = False
+        self._ticket, self._taken = 1, False
         self._port = 0
         self._si = 0
         self._code = 0
@@ -150,11 +153,12 @@ class Player:
 
     def step(self, si: bytes, connected: bool) -> bytes:
         """Return the area that the PLC reads next. Without a connection, nothing is exchanged."""
-        now = (0, 0, 0, 0)
+        now = (0, 0, 0, 0, 0, 0)
         if connected:
-            now = (si[0] | si[1] << 8, si[2] | si[3] << 8, si[32] | si[33] << 8, si[6])
+            head = si[0] | si[1] << 8, si[2] | si[3] << 8, si[32] | si[33] << 8
+            now = (*head, si[6], si[6] | si[7] << 8, si[34] & 1)
         self._lag.append(now)
-        code, data, inputs, written = self._lag[0]
+        code, data, inputs, written, ticket, strobe = self._lag[0]
         response = self._command(code, data, inputs)
         if self._status == 0x0200 and code in (_WRITE, _READ):
             self._port = written if code == _WRITE else self._port
@@ -162,8 +166,20 @@ class Player:
         self._dedicated(inputs)
         words = [self._status, *response, *[0] * (15 - len(response))]
         bits = self._masked()
-        head = b"".join(word.to_bytes(2, "little") for word in words)
-        return head + bits.to_bytes(2, "little") + bytes(48 - _OUTPUTS)
+        general = bytearray(48 - _OUTPUTS)
+        if self.takes_jobs:
+            general[0] = self._job(ticket, strobe)
+            if not self._status:
+                words[2:4] = self._ticket, 1
+        shown = b"".join(word.to_bytes(2, "little") for word in words)
+        return shown + bits.to_bytes(2, "little") + bytes(general)
+
+    def _job(self, ticket: int, strobe: int) -> int:
+        """Return SO(20) and SO(21): a job is acknowledged, and complete, while the strobe is ON."""
+        if strobe and not self._taken:
+            self._ticket = ticket
+        self._taken = bool(strobe)
+        return 0b11 if strobe else 0b10
 
     def _command(self, code: int, data: int, inputs: int) -> Sequence[int]:
         fate = self._fate

@@ -26,7 +26,7 @@ _JOG = (0x020, 0x021, 0x022)
 _CONTINUOUS = (0x505, 0x506)
 
 #: Every ErrorID that an edge-triggered block may end with on this bench.
-CODES = frozenset({*range(0x8001, 0x800D), *range(0x8010, 0x8016), 0x8020})
+CODES = frozenset({*range(0x8001, 0x800D), *range(0x8010, 0x8016), 0x8020, *range(0x8080, 0x8086)})
 
 
 class Pins(NamedTuple):

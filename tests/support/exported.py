@@ -28,6 +28,11 @@ SAMPLE = [EXAMPLES[0].folder, Path(__file__).parents[1] / "export/data/FB_Sample
 EXPORTED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "06", "12")]
 
 
+def left_out(output: Output) -> tuple[str, ...]:
+    """Return what is missing and why, without the places."""
+    return tuple(f"{one.what}: {one.why}" for one in output.missing)
+
+
 @cache
 def library() -> Sources:
     """Return the library, read and checked once."""

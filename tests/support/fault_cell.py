@@ -47,13 +47,16 @@ class Library:
         edge: Blocks with Robot, Execute, Done, Busy and Error.
         level: Blocks with Robot and Enable.
         pins: Inputs and outputs of each of them.
-        shared: The VAR_IN_OUT besides Robot of those that have any: type by name.
+        shared: The VAR_IN_OUT besides Robot of those that have any: type by name. The areas of the
+            program are not among them.
+        areas: The arguments for blocks that take the areas of the program, too.
     """
 
     edge: tuple[str, ...]
     level: tuple[str, ...]
     pins: Mapping[str, frozenset[str]]
     shared: Mapping[str, Mapping[str, str]]
+    areas: Mapping[str, str]
 
     def declared(self, block: str) -> str:
         """Return declarations of the variables that a program passes to the block besides Robot."""
@@ -61,7 +64,8 @@ class Library:
 
     def given(self, block: str) -> str:
         """Return the arguments of the block's call besides Robot."""
-        return "".join([f", {one} := {one}" for one, _ in self._shared(block)])
+        given = "".join([f", {one} := {one}" for one, _ in self._shared(block)])
+        return self.areas.get(block, "") + given
 
     def _shared(self, block: str) -> Iterable[tuple[str, str]]:
         return self.shared.get(block, {}).items()
@@ -69,16 +73,29 @@ class Library:
 
 @lru_cache(maxsize=1)
 def library() -> Library:
-    """Return the blocks of plc/lib to which the contract applies."""
-    found = list(_blocks())
+    """Return the blocks of plc/lib to which the contract applies.
+
+    If two blocks differ only in their images, the block with the image of bytes is returned.
+    """
+    found = [one for one in _blocks() if "RCX_IMAGE_WORDS" not in one[2].values()]
+    areas = {"InputImage": "InputArea", "OutputImage": "OutputArea"}
     pins = {name: frozenset(held) for name, held, _ in found}
     edge = {"Robot", "Execute", "Done", "Busy", "Error"}
     return Library(
         tuple(name for name, held in pins.items() if edge <= held),
         tuple(name for name, held in pins.items() if {"Robot", "Enable"} <= held),
         pins,
-        {name: shared for name, _, shared in found if shared},
+        {name: own for name, _, shared in found if (own := _without(shared, areas))},
+        {
+            name: "".join(f", {pin} := {area}" for pin, area in areas.items())
+            for name, _, shared in found
+            if areas.keys() <= shared.keys()
+        },
     )
+
+
+def _without(shared: Mapping[str, str], left_out: Iterable[str]) -> dict[str, str]:
+    return {name: kind for name, kind in shared.items() if name not in left_out}
 
 
 def place(block: str, name: str) -> str:

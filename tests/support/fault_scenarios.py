@@ -7,10 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fault_cell import FaultCell
-from rcx_harness.robot import Axis
+from plc_bench import ROOT
+from rcx_harness.robot import Axis, RobotProgram
 
 #: Longest time until the cell is stable: boot, new connection, settling [scans].
 _STEADY = 120
+
+#: The robot side of FB_ProgramCall.
+_JOBS = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="utf-8")
 
 _RECOVERY = ("FB_AlarmReset", "FB_ServoOn")
 _START = (*_RECOVERY, "FB_AutoStart")
@@ -115,6 +119,14 @@ def _emergency_stop(cell: FaultCell) -> None:
     cell.help("FB_EmergencyStop")
 
 
+def _jobs_wait(cell: FaultCell) -> None:
+    """The robot program waits for a job; after a fault it begins at its first line."""
+    _program_stands(cell)
+    cell.help("FB_ProgramReset")
+    cell.help("FB_AutoStart")
+    _rest(cell)
+
+
 def _stopped_program(cell: FaultCell) -> None:
     _program_runs(cell)
     cell.help("FB_ProgramStop")
@@ -164,6 +176,14 @@ SCENARIOS: dict[str, Scenario] = {
         ("SO01", "SO04", "SO10", "SO02", "SO14", "SO13"),
         {"SO13": True, "SO02": True},
         waits=9,
+    ),
+    "FB_ProgramCall": Scenario(
+        _jobs_wait,
+        (),
+        {},
+        {"JobNumber": 2, "AcknowledgeTimeout": "T#500ms"},
+        robot={"programs": (RobotProgram("JOBS", text=_JOBS),)},
+        helpers=(*_START, "FB_ProgramReset"),
     ),
     "FB_ProgramContinue": Scenario(
         _stopped_program, ("SO13",), {"SO13": True}, waits=2, helpers=_STOP

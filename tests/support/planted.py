@@ -1,4 +1,4 @@
-"""A user's cell, and five faults that can be planted in it: tests/data/planted."""
+"""Users' cells, and faults that can be planted in them: tests/data/planted, planted_handshakes."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 from structured_text.output.toml_files import load_toml
 
 PLANTED = Path(__file__).resolve().parents[1] / "data/planted"
+HANDSHAKES = PLANTED.with_name("planted_handshakes")
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,12 @@ class Fault:
 
 
 FAULTS = tuple(Fault(**row) for row in load_toml(PLANTED / "faults.toml")["fault"])
+OF_HANDSHAKES = {
+    row["name"]: Fault(**row) for row in load_toml(HANDSHAKES / "faults.toml")["fault"]
+}
 
 
-def planted(folder: Path, fault: Fault | None = None) -> Path:
+def planted(folder: Path, fault: Fault | None = None, home: Path = PLANTED) -> Path:
     """Copy the project into a new folder `cell` in `folder`, with the fault in it.
 
     Returns:
@@ -36,7 +40,7 @@ def planted(folder: Path, fault: Fault | None = None) -> Path:
     Raises:
         ValueError: `before` is not exactly once in the file.
     """
-    project = Path(shutil.copytree(PLANTED / "cell", folder / "cell"))
+    project = Path(shutil.copytree(home / "cell", folder / "cell"))
     if fault:
         file = folder / fault.file
         text = file.read_text(encoding="utf-8")

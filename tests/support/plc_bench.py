@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
@@ -67,6 +68,19 @@ class PlcBench:
 
     def __setitem__(self, path: str, value: Value) -> None:
         self.program.write(f"Main.{path}", value)
+
+    def snapshot(self) -> object:
+        """Return the state of the program, of the controller's outputs and of the monitor."""
+        judged = self._monitor.snapshot() if self._monitor else None
+        return self.program.snapshot(), self.now_us, bytes(self.so), judged
+
+    def restore(self, snapshot: Any) -> None:
+        """Begin anew from `snapshot`."""
+        program, self.now_us, so, judged = snapshot
+        self.program.restore(program)
+        self.so[:] = so
+        if self._monitor:
+            self._monitor.restore(judged)
 
     def scan(self, count: int = 1) -> None:
         """Run scans; the area `so` is what each of them reads."""

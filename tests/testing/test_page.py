@@ -61,9 +61,9 @@ def test_the_examples_of_the_page_pass_in_a_new_project(
 ) -> None:
     assert main(["new", "."]) == 0
     blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     Path("motor.st").write_text(_MOTOR, encoding="utf-8")
     for number, block in enumerate(blocks):
         Path(f"tests/test_page_{number}.py").write_text(block, encoding="utf-8")
     result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-k", "test_page")
-    result.assert_outcomes(passed=4, deselected=19)
+    result.assert_outcomes(passed=5, deselected=19)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from rcx_tools.evidence.mutants.library import sample
 from rcx_tools.evidence.mutants.suite import in_suite, spread
 from rcx_tools.evidence.mutants.workshop import Workshop
 from structured_text.mutants.mutant import Mutant, Mutants
@@ -246,7 +247,7 @@ def test_to_leave_out_what_changes_nothing_is_no_mistake(house: Path) -> None:
 def test_a_sample_has_each_operator_and_repeats_with_its_seed(house: Path) -> None:
     library = sorted((house / "plc" / "lib").rglob("*.st"))
     file = house / "plc" / "lib" / "area" / "FB_Sample.st"
-    first, again, other = (Mutants(house, library).sample(file, 15, seed) for seed in (1, 1, 2))
+    first, again, other = (sample(Mutants(house, library), file, 15, seed) for seed in (1, 1, 2))
     assert [one.identity for one in first] == [one.identity for one in again]
     assert {one.identity for one in first} != {one.identity for one in other}
     assert len({one.operator for one in first}) == len(first) == 15

@@ -20,6 +20,7 @@ from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import befall, check
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller
+from rcx_harness.robot.listing import listings
 from rcx_harness.robot.positions import axes_of
 from rcx_harness.robot.shape import shapes
 from rcx_harness.spec.wire import CYCLE_US
@@ -121,15 +122,24 @@ class Cell(Bench):
         ]
         axes = axes_of(self.robots, positions)
         drawn = [shapes(one) for one in self.robots] if axes else ()
+        self._calls = CallMonitor(program, calls or CallPlan({}, {}))
         super().__init__(
             program,
             timing.scan_us,
             watched=watched,
-            trace=Trace(header, trace, keep=keep, watched=watched.types, axes=axes, robots=drawn),
+            trace=Trace(
+                header,
+                trace,
+                keep=keep,
+                watched=watched.types,
+                axes=axes,
+                robots=drawn,
+                programs=[listings(one) for one in self.robots],
+            ),
             plc=Plc(
                 program,
                 retained,
-                (ContractMonitor(program, steady), CallMonitor(program, calls or CallPlan({}, {}))),
+                (ContractMonitor(program, steady), self._calls),
             ),
             first_us=timing.phases[-1],
             notice=notice,
@@ -377,6 +387,10 @@ class Cell(Bench):
         """Return for each controller the size of its areas and their offsets m and n, in bytes."""
         return [(node.link.size, node.m, node.n) for node in self._nodes]
 
+    def exchanged(self) -> list[tuple[bytes, bytes]]:
+        """Return for each controller what the PLC has read and written in the last scan."""
+        return [node.exchanged for node in self._nodes]
+
     @property
     def commands(self) -> int:
         """Return the number of remote commands of which the PLC has read the end status."""
@@ -397,6 +411,16 @@ class Cell(Bench):
         finally:
             for robot, state in zip(self.robots, before, strict=True):
                 robot.restore(state)
+
+    @contextmanager
+    def trial_of_program(self) -> Iterator[None]:
+        """Undo at the end of the context all scans of the program that are run inside it."""
+        before = self.program.snapshot()
+        with self._calls.apart():
+            try:
+                yield
+            finally:
+                self.program.restore(before)
 
     def ends_scan(self, record: object) -> bool:
         """Return whether a record of the trace is the first record of a scan."""

@@ -176,6 +176,11 @@ class PacketNetwork:
         ):
             self._agenda.repeat(first_us, kind, self._timing.rpi_us, produce, self._controller)
 
+    @property
+    def has_cable(self) -> bool:
+        """Return whether the cable is plugged in."""
+        return self._cable
+
     def set_cable(self, up: bool) -> None:
         """Plug or unplug the cable."""
         self._cable = up

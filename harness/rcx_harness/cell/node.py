@@ -10,6 +10,7 @@ from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.image import Image, owner_of_areas
 from rcx_harness.cell.link import Link, make_network
 from rcx_harness.robot import Controller, Violation
+from rcx_harness.robot.listing import Tasks
 from rcx_harness.robot.positions import where
 from rcx_harness.robot.shape import poses
 from rcx_harness.spec.wire import CYCLE_US
@@ -77,6 +78,7 @@ class Node:
         self._unit = positions
         self._stood: tuple[float, ...] | None = None
         self._posed: tuple[dict[str, Any], ...] = ()
+        self._tasks = Tasks(self.robot)
         self._status = status_path(program, number)
         self._shown = program.reader([self._status] if self._status else [])
         self._so, self._connected = self._no_area, False
@@ -109,6 +111,11 @@ class Node:
         if found := self.wire.scan(now, scan, self._so, si, self._connected):
             self._tell(found)
 
+    @property
+    def exchanged(self) -> tuple[bytes, bytes]:
+        """Return what the PLC has read, and what it has written, in the last scan."""
+        return self._so, self.image.get()
+
     def begin_anew(self) -> None:
         """Reset the monitor after a start of the PLC; earlier outputs no longer count."""
         commands, self.wire = self.wire.commands, WireMonitor(self.link.size)
@@ -134,6 +141,7 @@ class Node:
         """Restore the state of a snapshot."""
         robot, network, wire, self.cycles, self._given = snapshot
         self._stood, self._posed = None, ()
+        self._tasks.forget()
         self.robot.restore(robot)
         self.network.restore(network)
         self.wire.restore(wire)
@@ -146,7 +154,8 @@ class Node:
             link.robot_write(so)
         network.set_adapter(robot.online)
         moved, posed = (self._moved(), self._set()) if self._unit else (None, None)
-        self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number, moved, posed))
+        tasks = self._tasks.changed()
+        self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number, moved, posed, tasks))
         if robot.violations:
             self._tell(
                 Violation(one.t_us, one.rule, f"robot, cycle {self.cycles}: {one.rule}: {one.text}")

@@ -20,6 +20,7 @@ from rcx_harness.verify.fingerprint import fingerprint
 from rcx_harness.verify.storm.campaign import Explained, Seed, Storms, classes, storms
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import Course
+from rcx_harness.verify.storm.reached import Line, unreached_lines
 from rcx_harness.verify.storm.replay import Replay, replay
 from rcx_harness.verify.storm.saved_results import saved_results
 from rcx_harness.verify.storm.written import check_folder, command, file_name, forget, write
@@ -98,11 +99,17 @@ def campaign(options: CampaignOptions) -> None:
     farm = options.farm(Console(stderr=True))
     kept = options.results(of, options.out)
     work, failing = Storms(of), dict[str, list[tuple[int, int]]]()
-    total = Seed({}, 0, 0, 0)
+    total, reached = Seed({}, 0, 0, 0), set[Line]()
     seeds = range(options.seed_from, options.seed_from + options.seeds)
     try:
         for seed, result in storms(farm, work, seeds, kept):
-            total = Seed({}, *(map(sum, zip(total[1:], result[1:], strict=True))))
+            total = Seed(
+                {},
+                total.virtual_us + result.virtual_us,
+                total.scans + result.scans,
+                total.acts + result.acts,
+            )
+            reached.update(result.lines)
             for kind, (t_us, _) in result.failures.items():
                 failing.setdefault(kind, []).append((t_us, seed))
         found = classes(farm, work, failing, kept)
@@ -113,6 +120,8 @@ def campaign(options: CampaignOptions) -> None:
         f"seeds {seeds[0]} to {seeds[-1]}: {total.acts} events, {total.virtual_us / 1e6:.0f} s of "
         f"virtual time, {counted(total.scans, 'scan')}"
     )
+    for one in unreached_lines(cell, reached):
+        print(one)
     _tell(options, cells, found)
     if failing:
         raise typer.Exit(1)
@@ -122,11 +131,11 @@ def _say_what_is_missing(cells: Cells) -> None:
     demands = cells.demands
     missing = []
     if demands.recovery is None:
-        missing.append("[recover]: whether the cell works again is not asked")
+        missing.append("[recover]: it is not checked whether the cell works again")
     if not (demands.buttons or demands.switches or demands.values):
-        missing.append("[operator]: nobody presses anything")
+        missing.append("[operator]: no button is pressed")
     if not demands.properties:
-        missing.append("[[always]]: the rules of the wire and of the blocks alone are judged")
+        missing.append("[[always]]: only the rules of the wire and of the blocks are checked")
     for one in missing:
         print(f"no {one}")
 
@@ -158,7 +167,9 @@ def write_replay(
     came = replay(cells, one, Stimulus.load(file))
     write(folder, {f"{name}.svg": came.chart})
     words = options.words()
-    if "expect" not in came.found and any(callable(p.that) for p in cells.demands.properties):
+    if "expect" not in came.found and any(
+        callable(p.that) or (not p.that and p.kind == one.kind) for p in cells.demands.properties
+    ):
         words += [f"--properties {file}" for file in options.properties or ()]
     again = {one.kind, "expect"}.intersection(came.found)
     print(f"  {command(one, words, file)}")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -22,8 +23,14 @@ from structured_text.output.units import format_us
 __all__ = ["explore"]
 
 if TYPE_CHECKING:
+    from rcx_harness.verify.explore.cells import CellSettings
     from rcx_harness.verify.explore.user import Explored, Settings
     from rcx_harness.verify.storm.demands import Demands
+    from structured_text.explore.search import Result
+    from structured_text.farm import Farm
+
+#: Called with the number of expanded states and of known states.
+Report = Callable[[int, int], None]
 
 #: Between two lines of progress where there is no terminal [s].
 _PATIENCE_S = 30.0
@@ -60,6 +67,21 @@ class Options(FarmOptions):
     depth: Annotated[
         int, typer.Option(min=0, max=10**9, help="Go no further than so many scans; 0: any number.")
     ] = 0
+    robot: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Robot file (TOML): explore with its controller and its robot programs, at their "
+            "own times; of several robots once for each."
+        ),
+    ] = None
+    stimulus: Annotated[
+        Path | None,
+        typer.Option(help="With --robot: a good run (TOML) behind which the exploration begins."),
+    ] = None
+    begin: Annotated[
+        str | None,
+        typer.Option(help="With --robot: when it begins. Default: behind the good run's entries."),
+    ] = None
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE
     m: Annotated[int, typer.Option(help="Where the area from the robot begins.")] = 0
     n: Annotated[int, typer.Option(help="Where the area to the robot begins.")] = 0
@@ -73,13 +95,14 @@ class Options(FarmOptions):
 def explore(given: Options) -> None:
     """Go through all states of a small program, with a small controller in every order of events.
 
+    With --robot go through all states of a cell: the controller of that file with its robot
+    programs, at their own times.
+
     Judged by the rules of the wire, the contract of the blocks, assertions in comments, and what
     --always and --properties demand.
 
     Exit code: 0 if no rule is broken, 1 if one is, 2 on bad input.
     """
-    from rcx_harness.verify.explore.replay import replay
-    from rcx_harness.verify.explore.user import explore as explore_program
     from structured_text.output.replays import check
 
     for name in ("broken.toml", "broken.svg"):  # hours of work come before they are written
@@ -97,29 +120,80 @@ def explore(given: Options) -> None:
                 told = time.monotonic()
                 print(text, file=sys.stderr, flush=True)
 
-        settings = _settings(given)
-        settings = type(settings)(**vars(settings) | {"report": report})
-        found = explore_program(source_files(list(given.files), given.lib), settings, farm)
-    _print(found, settings)
-    broken = found.result.broken
-    if broken is None:
-        return
-    stimulus, shown = replay(given.files, given.lib, found, settings, given.out)
+        finish = _cell(given, report, farm) if given.robot else _program(given, report, farm)
+    if finish():
+        raise typer.Exit(1)
+
+
+def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
+    """Explore a program with the small controller; return what prints the result."""
+    from rcx_harness.verify.explore.replay import replay
+    from rcx_harness.verify.explore.user import explore as explore_program
+
+    for name in ("stimulus", "begin"):
+        if getattr(given, name) is not None:
+            raise InputError(f"--{name} goes with --robot", hint="name the robot file, too")
+    settings = _settings(given)
+    settings = type(settings)(**vars(settings) | {"report": report})
+    found = explore_program(source_files(list(given.files), given.lib), settings, farm)
+
+    def finish() -> bool:
+        _print(found, settings)
+        broken = found.result.broken
+        if broken is None:
+            return False
+        stimulus, shown = replay(given.files, given.lib, found, settings, given.out)
+        more = " --no-robot" if given.no_robot else ""
+        more += f" --size {given.size}" if given.size != SIZE else ""
+        more += "".join(f" --{one} {k}" for one, k in (("m", given.m), ("n", given.n)) if k)
+        _tell(given, stimulus, settings.scan_us, len(broken.path) * settings.scan_us, more)
+        if not shown:
+            print("  (rcx run goes the same way; what it does not know, it does not judge)")
+        return True
+
+    return finish
+
+
+def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
+    """Explore a cell with its controllers and robot programs; return what prints the result."""
+    from rcx_harness.verify.explore.cells import FAULTS, explore_cell, replay_cell
+
+    settings = _cell_settings(given, report)
+    found = explore_cell(settings, farm)
+
+    def finish() -> bool:
+        _print_left_out(found.inputs, found.scan_us)
+        print(f"  begin: the scan at {format_us(found.first_us)}, behind the good run")
+        print("  controller: that of the robot file, with its programs, at its own times")
+        print("  faults: at most one before a scan, and then no input changes")
+        _print_faults(FAULTS, settings.faults)
+        _print_result(found.result, found.first_us, found.scan_us)
+        broken = found.result.broken
+        if broken is None:
+            return False
+        stimulus, shown = replay_cell(settings, found, given.out)
+        more = "".join(f" --robot {quoted(str(one))}" for one in given.robot or ())
+        more += f" --size {given.size}" if given.size != SIZE else ""
+        more += "".join(f" --{one} {k}" for one, k in (("m", given.m), ("n", given.n)) if k)
+        ends_us = found.first_us + len(broken.path) * found.scan_us
+        _tell(given, stimulus, found.scan_us, ends_us, more)
+        if not shown:
+            print("  (replayed it did NOT fail)")
+        return True
+
+    return finish
+
+
+def _tell(given: Options, stimulus: Path, scan_us: int, ends_us: int, more: str) -> None:
+    """Print the command that replays a run."""
     lib = f" --lib {quoted(str(given.lib))}" if given.lib is not None else ""
     files = " ".join(quoted(str(one)) for one in given.files)
-    scans = len(broken.path)
-    more = " --no-robot" if given.no_robot else ""
-    more += f" --size {given.size}" if given.size != SIZE else ""
-    more += "".join(f" --{one} {k}" for one, k in (("m", given.m), ("n", given.n)) if k)
     more += "".join(f" --properties {quoted(str(one))}" for one in given.properties or ())
     print(
-        f"  rcx run {files}{lib} --scan {_short(settings.scan_us)}"
-        f" --for {_short(scans * settings.scan_us)} --engine builtin{more}"
+        f"  rcx run {files}{lib} --scan {_short(scan_us)}"
+        f" --for {_short(ends_us)} --engine builtin{more}"
         f" --stimulus {quoted(str(stimulus))}"
     )
-    if not shown:
-        print("  (rcx run goes the same way; what it does not know, it does not judge)")
-    raise typer.Exit(1)
 
 
 def _short(time_us: int) -> str:
@@ -131,27 +205,12 @@ def _settings(given: Options) -> Settings:
     from rcx_harness.verify.explore.user import Settings
     from rcx_harness.verify.storm.demands import Demands
 
-    scan_us = duration_us("--scan", given.scan)
-    if not scan_us:
-        raise InputError("--scan of 0 s is too short", hint="use --scan 10ms or longer")
+    scan_us = _scan_us(given)
     check_size(given.size)
-    faults = [] if given.faults == "none" else [one.strip() for one in given.faults.split(",")]
-    for one in faults:
-        if one not in FAULTS:
-            raise InputError(f"--faults {one}", hint=f"it can be {', '.join(FAULTS)}, or none")
-    inputs: dict[str, list[str]] = {}
-    for text in given.inputs or []:
-        path, has_values, values = text.partition("=")
-        if path.strip().upper() in (one.upper() for one in inputs):
-            raise InputError(f"--input {path} is given twice", hint="give all values in one")
-        inputs[path.strip()] = values.split(",") if has_values else []
+    faults = _faults(given, FAULTS)
     demands = Demands.load(given.properties or [])
-    known = {path.upper() for path in inputs}
-    for path, several in _touched(demands).items():
-        if path.upper() not in known:
-            inputs[path] = several
     return Settings(
-        inputs=inputs,
+        inputs=_inputs(given, demands),
         always=tuple(given.always or ()),
         properties=demands.properties,
         faults=frozenset(faults),
@@ -165,6 +224,75 @@ def _settings(given: Options) -> Settings:
     )
 
 
+def _cell_settings(given: Options, report: Report) -> CellSettings:
+    from rcx_harness.cell.stimulus import Stimulus
+    from rcx_harness.verify.explore.cells import FAULTS, CellSettings
+    from rcx_harness.verify.explore.controller import FAULTS as ALL
+    from rcx_harness.verify.storm.cells import CellsOf
+    from rcx_harness.verify.storm.demands import Demands
+
+    if given.always:
+        hint = "write it as [[always]] in a file of --properties"
+        raise InputError("--always does not go with --robot", hint=hint)
+    options: dict[str, Any] = {
+        "robot": given.robot,
+        "lib": given.lib,
+        "engine": "builtin",
+        "scan": given.scan,
+    }
+    options |= {"m": given.m, "n": given.n}
+    options |= {"size": given.size} if given.size != SIZE else {}
+    scan_us = _scan_us(given)
+    entries = Stimulus.load(given.stimulus).entries if given.stimulus is not None else []
+    ends_us = max((part.t_us + scan_us for one in entries for part in one.parts()), default=0)
+    begin_us = ends_us if given.begin is None else duration_us("--begin", given.begin)
+    demands = given.properties or []
+    return CellSettings(
+        CellsOf.of(
+            given.files,
+            {name: value for name, value in options.items() if value is not None},
+            demands,
+            given.stimulus,
+        ),
+        inputs=_inputs(given, Demands.load(demands)),
+        faults=frozenset(_faults(given, ALL)) & frozenset(FAULTS),
+        begin_us=begin_us,
+        states=given.bound,
+        depth=given.depth,
+        report=report,
+    )
+
+
+def _scan_us(given: Options) -> int:
+    scan_us = duration_us("--scan", given.scan)
+    if not scan_us:
+        raise InputError("--scan of 0 s is too short", hint="use --scan 10ms or longer")
+    return scan_us
+
+
+def _faults(given: Options, known: Collection[str]) -> list[str]:
+    faults = [] if given.faults == "none" else [one.strip() for one in given.faults.split(",")]
+    for one in faults:
+        if one not in known:
+            raise InputError(f"--faults {one}", hint=f"it can be {', '.join(known)}, or none")
+    return faults
+
+
+def _inputs(given: Options, demands: Demands) -> dict[str, list[str]]:
+    """Return the values of all inputs; those of an option go before those of the operator."""
+    inputs: dict[str, list[str]] = {}
+    for text in given.inputs or []:
+        path, has_values, values = text.partition("=")
+        if path.strip().upper() in (one.upper() for one in inputs):
+            raise InputError(f"--input {path} is given twice", hint="give all values in one")
+        inputs[path.strip()] = values.split(",") if has_values else []
+    known = {path.upper() for path in inputs}
+    for path, several in _touched(demands).items():
+        if path.upper() not in known:
+            inputs[path] = several
+    return inputs
+
+
 def _touched(demands: Demands) -> dict[str, list[str]]:
     """Return the operator's inputs with their values; a BOOL needs no values."""
     inputs: dict[str, list[str]] = {path: [] for path in (*demands.buttons, *demands.switches)}
@@ -176,25 +304,36 @@ def _touched(demands: Demands) -> dict[str, list[str]]:
 def _print(found: Explored, settings: Settings) -> None:
     from rcx_harness.verify.explore.controller import FAULTS
 
-    print("what is explored, and what is left out:")
-    print(f"  time: each scan {format_us(settings.scan_us)} after the last, none earlier or later")
-    for path, values in found.inputs.items():
-        print(f"  input {path}: {', '.join(values)}; at most one input changes before a scan")
+    _print_left_out(found.inputs, settings.scan_us)
     for path in found.left:
         print(f"  {path} stays as it begins (--input {path} changes it)")
     if settings.robot:
         print("  controller: answers as the manual says, one thing before a scan, after any time")
         print("  data: responses are 0; nothing moves, no positions, no program of the robot's own")
-    for fault, about in FAULTS.items():
-        if settings.robot and fault not in settings.faults:
+        _print_faults(FAULTS, settings.faults)
+    _print_result(found.result, 0, settings.scan_us)
+
+
+def _print_left_out(inputs: Mapping[str, Sequence[str]], scan_us: int) -> None:
+    print("what is explored, and what is left out:")
+    print(f"  time: each scan {format_us(scan_us)} after the last, none earlier or later")
+    for path, values in inputs.items():
+        print(f"  input {path}: {', '.join(values)}; at most one input changes before a scan")
+
+
+def _print_faults(known: Mapping[str, str], explored: Collection[str]) -> None:
+    for fault, about in known.items():
+        if fault not in explored:
             print(f"  not explored: {about}")
-    result = found.result
+
+
+def _print_result(result: Result, first_us: int, scan_us: int) -> None:
     figures = (
         f"{counted(result.states, 'state')}, {counted(result.transitions, 'scan')} judged, "
         f"up to {counted(result.depth, 'scan')} from the start"
     )
     if result.broken is not None:
-        when = format_us((len(result.broken.path) - 1) * settings.scan_us)
+        when = format_us(first_us + (len(result.broken.path) - 1) * scan_us)
         print(f"BROKEN in scan {len(result.broken.path)}, at {when} ({figures}):")
         for rule in result.broken.rules:
             print(f"  {rule}")

@@ -16,6 +16,7 @@ from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interva
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.originator.client import PORT
+from rcx_harness.look.points.all_sections import as_all, beyond_all, from_file, is_all
 from rcx_harness.look.points.carry import TIMEOUT_US, UNDEFINED, Carrier, RefusedError
 from rcx_harness.look.points.stored import (
     KINDS,
@@ -23,14 +24,13 @@ from rcx_harness.look.points.stored import (
     Stored,
     as_csv,
     as_toml,
-    from_toml,
     shown,
     without_foreign,
 )
 from rcx_harness.look.probe.line import LostError, NetworkLine, NotConnectedError
 from rcx_harness.robot.stored import COUNTS, ROBOTS
 from rcx_harness.spec.wire import SIZE, check_size
-from structured_text.errors import InputError
+from structured_text.errors import InputError, legible
 from structured_text.output.files import NewFiles
 
 __all__ = ["Action", "points"]
@@ -60,7 +60,9 @@ _SHORTEST_US = 100_000
 def points(
     action: Annotated[Action, typer.Argument(help="What to do.")],
     host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
-    file: Annotated[Path, typer.Argument(help="TOML: written by backup, read by the others.")],
+    file: Annotated[
+        Path, typer.Argument(help="TOML or .ALL: written by backup, read by the others.")
+    ],
     kind: Annotated[
         list[str] | None,
         typer.Option(help=f"Only this kind: {', '.join(KINDS)}; may be repeated."),
@@ -101,6 +103,7 @@ def points(
     """Back up, restore or compare points, comments, shifts, hands and pallets of a controller.
 
     The file has the tables of a robot file, which `rcx run --robot` and `rcx serve --robot` read.
+    A name that ends with .ALL stands for the data sections of a file with all data of a controller.
     A restore reads first, writes only what differs, and compares again: what was interrupted is
     finished by the same command. It deletes nothing.
 
@@ -122,7 +125,10 @@ def points(
             raise InputError("--write goes with restore only")
     else:
         _check_options(action, csv, robot or (), numbers, write)
-        given = _only(from_toml(file), kinds, file)
+        read, passed_over = from_file(file)
+        for text in passed_over:
+            print(legible(f"passed over: {text}"), file=sys.stderr)
+        given = _only(read, kinds, file)
         if numbers:
             here = [kind for kind in ("points", "comments") if not kinds or kind in kinds]
             more = _keys(here, _range(numbers), ())
@@ -257,6 +263,9 @@ def _save(
     left = f"left out: comments of {', '.join(map(str, foreign))}" if foreign else ""
     why = "characters other than 16#20 to 16#7E"
     tables = [as_toml(kept, [*head, f"{left}: {why}"] if left else head)]
+    others = beyond_all(kept) if is_all(file) else []
+    if is_all(file):
+        tables = [as_all(kept)]
     tables += [as_csv(kept)] if csv else []
     files.write(*(text for text in tables))
     for kind in KINDS:
@@ -266,6 +275,11 @@ def _save(
     print(f"written: {', '.join(map(str, [file, csv] if csv else [file]))}")
     if left:
         print(f"rcx: {left}: {why}", file=sys.stderr)
+    if others:
+        robots = ", ".join(str(robot) for robot in sorted({key[1] for key in others}))
+        text = f"left out: hands of robot {robots}: a .ALL file has those of robot 1"
+        print(f"rcx: {text}", file=sys.stderr)
+    if left or others:
         raise typer.Exit(1)
 
 

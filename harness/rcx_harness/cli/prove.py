@@ -47,6 +47,10 @@ def prove(
     no_robot: Annotated[
         bool, typer.Option("--no-robot", help="The program alone: no areas, no controller.")
     ] = False,
+    robot: Annotated[
+        list[Path] | None,
+        typer.Option(help="Not taken: a proof holds for every answer of the robot."),
+    ] = None,
     json_file: JsonFile = None,
 ) -> None:
     """Prove a program: in every run, with every answer of the robot and every input.
@@ -55,6 +59,12 @@ def prove(
 
     Exit code: 0 if all is proved or noted, 1 if anything is refuted or unknown, 2 on bad input.
     """
+    if robot:
+        raise InputError(
+            "a proof takes no robot file: it holds for every answer of the robot, whatever its "
+            "program does",
+            hint="leave --robot out, or use rcx explore --robot",
+        )
     limit_us, scan_us = duration_us("--limit", limit), duration_us("--scan", scan)
     for option, value in (("--limit", limit_us), ("--scan", scan_us)):
         if not value:

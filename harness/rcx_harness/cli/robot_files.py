@@ -57,6 +57,9 @@ def _findings(file: Path) -> Iterator[tuple[InputError, bool]]:
 def _of_program(
     file: Path, text: str, offset: int, names: Sequence[str]
 ) -> Iterator[tuple[InputError, bool]]:
+    if not text.strip():
+        yield InputError("it has no statement", file=file, line=offset + 1), True
+        return
     program, errors = read_program(text)
     if program is not None:
         errors = problems(program, _SIZE, names)

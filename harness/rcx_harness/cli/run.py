@@ -35,7 +35,7 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
-from rcx_harness.cli.stopped_programs import program_errors
+from rcx_harness.cli.stopped_programs import busy_programs, own_errors, program_errors
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
 from rcx_harness.trace.bare import heard
@@ -270,8 +270,9 @@ def run(options: RunOptions) -> None:
     With --connect the controller is another one: rcx serve, or a real one. Ctrl-C ends the run;
     zeros go out before the connection is closed.
 
-    Exit code: 0 without a violation, 1 with violations or too little coverage, 2 on bad input, and
-    with --connect if no packet came from the controller.
+    Exit code: 0 without a violation, 1 with violations, with a robot program that has stopped with
+    an error of its own, or with too little coverage, 2 on bad input, and with --connect if no
+    packet came from the controller.
     """
     collector = _collector(options)
     _check_panel(options)
@@ -282,8 +283,14 @@ def run(options: RunOptions) -> None:
     _print_outcome(options, outcome)
     if options.connect is not None and not outcome.ever_connected:
         raise no_connection(outcome.silence)
-    if outcome.cell.violations or not (outcome.coverage is None or outcome.coverage.passed):
+    covered = outcome.coverage is None or outcome.coverage.passed
+    if outcome.cell.violations or _stopped_programs(outcome) or not covered:
         raise typer.Exit(1)
+
+
+def _stopped_programs(outcome: _Outcome) -> int:
+    """Return how often a robot program has stopped with an error of its own."""
+    return own_errors(outcome.cell) if isinstance(outcome.cell, Cell) else 0
 
 
 def _collector(options: RunOptions) -> Collector | None:
@@ -567,7 +574,7 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
     elif not outcome.ever_connected and options.connect is None:
         print("no connection in the whole run")
     if isinstance(cell, Cell):
-        for text in program_errors(cell):
+        for text in (*program_errors(cell), *busy_programs(cell)):
             print(legible(text))
     for violation in violations[:_MOST_SHOWN]:
         print(legible(f"violation at {format_us(violation.t_us)}: {violation.text}"))
@@ -579,6 +586,8 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
         counts.append(counted(cell.cycles, "controller cycle"))
         counts.append(counted(cell.commands, "remote command"))
     counts.append(counted(len(violations), "violation"))
+    if stopped := _stopped_programs(outcome):
+        counts.append(counted(stopped, "stopped robot program"))
     engine = cell.trace.header["engine"]
     print(f"{outcome.duration_us / 1e6:g} s on the {engine} engine: {', '.join(counts)}")
     written = [path for path in options.outputs.values() if path is not None]

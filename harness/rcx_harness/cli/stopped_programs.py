@@ -8,9 +8,34 @@ from rcx_harness.cell import Cell
 from rcx_harness.spec.tables import public_alarms
 from structured_text.output.units import format_us
 
-__all__ = ["program_errors"]
+__all__ = ["busy_programs", "own_errors", "program_errors"]
 
 _MOST = 5
+#: Full cycles from which on a program is named; a long calculation may fill some.
+_FULL_CYCLES = 20
+
+
+def own_errors(cell: Cell) -> int:
+    """Return how often a robot program has stopped with an error that it has caused itself.
+
+    An error that follows from an alarm of the controller is not counted: a stimulus can have
+    raised that alarm on purpose.
+    """
+    return sum(error.own for robot in cell.robots for error in robot.program.errors)
+
+
+def busy_programs(cell: Cell) -> Iterator[str]:
+    """Yield a line for each program with a loop in which no time passes."""
+    several = len(cell.robots) > 1
+    for number, robot in enumerate(cell.robots, 1):
+        which = f"controller {number}: " if several else ""
+        for task in robot.program.tasks:
+            if task.full_cycles >= _FULL_CYCLES:
+                yield (
+                    f"{which}robot program {task.program.name}: no time passes in a loop at line "
+                    f"{task.full_line}; it has used all its {robot.config.program_statements} "
+                    f"statements in {task.full_cycles} cycles; add a WAIT or a DELAY"
+                )
 
 
 def program_errors(cell: Cell) -> Iterator[str]:
@@ -21,6 +46,7 @@ def program_errors(cell: Cell) -> Iterator[str]:
         ours = {
             config.program_type_alarm: "a value has a wrong type",
             config.program_stack_alarm: "too many GOSUB or CALL in each other",
+            config.program_path_alarm: "PATH: no path is defined, or the robot is not at its start",
         }
         which = f"controller {number}: " if several else ""
         for error in robot.program.errors[:_MOST]:

@@ -92,7 +92,7 @@ def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
     if cells.notice:
         print(cells.notice)
     if cells.demands.recovery is None:
-        print("no [recover]: whether the cell works again is not asked")
+        print("no [recover]: it is not checked whether the cell works again")
     kept = options.results(of, options.out, f"seed {options.seed}")
     farm, work = options.farm(Console(stderr=True)), Sweep(of, options.seed)
     found: dict[tuple[str, str], dict[int, str]] = {}
@@ -114,7 +114,8 @@ def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
         f"{counted(len(what), 'fault')} at each"
     )
     if not found:
-        print("the cell recovers from all of them")
+        recovers = cells.demands.recovery is not None
+        print("the cell recovers from all of them" if recovers else "no rule was broken")
     else:
         _print(found, scan_us, options.every)
     written: list[str] = []

@@ -16,6 +16,9 @@ from structured_text.errors import InputError
 
 __all__ = ["Seen", "view_file"]
 
+#: Entries of a header whose records `judge` does not pass on.
+_OWN = {"positions", "programs"}
+
 
 @dataclass(frozen=True)
 class Seen:
@@ -40,8 +43,8 @@ def view_file(
     """Return the page of a recording: a trace, or a capture (pcapng, pcap).
 
     What nobody has judged yet, a capture or a trace of `rcx serve` or `rcx scan`, is judged first,
-    so that the broken rules of both sides are in the page. What has positions keeps them: its own
-    records are shown then, with the broken rules among them.
+    so that the broken rules of both sides are in the page. What has positions or robot programs
+    keeps them: its own records are shown then, with the broken rules among them.
 
     `hosts` are addresses of the controllers in a capture, four bytes each. `progress` is called
     with the share of the file that has been read.
@@ -61,7 +64,7 @@ def view_file(
                 cut = result.capture.trouble("taken")
         if not followed.exists():
             raise cut or InputError("there is no area of a controller in it", file=file)
-        if not is_capture(file) and "positions" in (own := read_trace(file))[0]:
+        if not is_capture(file) and _OWN & (own := read_trace(file))[0].keys():
             rules = (one for one in read_trace(followed)[1] if isinstance(one, Violation))
             moves = (one for one in own[1] if not isinstance(one, Violation))
             both = heapq.merge(moves, rules, key=lambda one: one.t_us)

@@ -169,7 +169,7 @@ class Controller:
         return network_led(self._state.machine)
 
     def read_port(self, name: str) -> int:
-        """Read a port as a robot program does, for example `SI(20)`, `SI2()`, `SIW(2)`, `DO(20)`."""
+        """Read a port as a robot program does, for example `SI(20)`, `SIW(2)` or `DO(20)`."""
         return self.machine.ports.read(port(name))
 
     def write_port(self, name: str, value: int) -> None:

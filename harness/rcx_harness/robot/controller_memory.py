@@ -11,6 +11,7 @@ from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.stored import (
     FIRST_REAL,
+    PARAMETER_DEFAULTS,
     ROBOT_PARAMETERS,
     ROBOTS,
     VARIABLES,
@@ -24,24 +25,8 @@ from rcx_harness.robot.stored import (
     variable_number,
 )
 
-__all__ = ["Memory", "Variables", "is_real"]
+__all__ = ["Memory", "Parameters", "Variables", "is_real"]
 
-#: Values as delivered; the manual gives none.
-_DEFAULTS = {
-    "WEIGHTG": 0,
-    "ACCEL": 100,
-    "DECEL": 100,
-    "TOLE": 80,
-    "OUTPOS": 2000,
-    "AXWGHT": 0,
-    "ARCHP1": 2000,
-    "ARCHP2": 2000,
-    "PSHFRC": 100,
-    "PSHTIME": 1000,
-    "PSHMTD": 0,
-    "PSHJGSP": 0,
-    "PSHSPD": 100,
-}
 _GRAMS = 1000
 
 _Number = TypeVar("_Number", Fraction, float)
@@ -154,7 +139,7 @@ class Parameters:
         place = self._place(robot, name, axis)
         if name == "WEIGHT":
             return self.get(robot, "WEIGHTG") // _GRAMS
-        return self._values.get((name, place), _DEFAULTS[name])
+        return self._values.get((name, place), PARAMETER_DEFAULTS[name])
 
     def set(self, robot: int, name: str, value: int, axis: int = 0) -> None:
         """Store a value; the caller checks its range."""

@@ -9,13 +9,15 @@ its own origin. Lengths are in 0.001 mm, angles in 0.001 degree, as on the wire.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Protocol
 
 from rcx_harness.robot.kinematics import CARTESIAN, Kinematics
 
-__all__ = ["Arc", "Curve", "Frame", "Line"]
+__all__ = ["Arc", "Chain", "Curve", "Frame", "Line"]
 
 _X, _Y, _R = 0, 1, 3
 _NONE = (0.0, 0.0, 0.0, 0.0)
@@ -211,6 +213,36 @@ class Arc:
         """Return the angle from the start to `point` in the direction of the arc [rad]."""
         arm = _minus(point, self._centre)
         return math.atan2(_dot(arm, self._v), _dot(arm, self._u)) % math.tau
+
+
+class Chain:
+    """Curves that follow each other; each begins where the one before ends."""
+
+    def __init__(self, curves: Sequence[Curve]) -> None:
+        """Join the curves, at least one of which has a length."""
+        self._curves = [curve for curve in curves if curve.length] or list(curves[:1])
+        self._ends = [*accumulate(curve.length for curve in self._curves)]
+        self.length = self._ends[-1]
+        step = min(curve.length / max(_PARTS, curve.samples) for curve in self._curves)
+        self.samples = min(_MOST_PARTS, math.ceil(self.length / step)) if step else 1
+
+    def at(self, share: float) -> Sequence[float]:
+        """Return the position of all axes after that part of the length."""
+        done = share * self.length
+        k = min(bisect_left(self._ends, done), len(self._curves) - 1)
+        curve = self._curves[k]
+        if share >= 1.0 or not curve.length:
+            return curve.at(1.0)
+        return curve.at((done - self._ends[k] + curve.length) / curve.length)
+
+    @property
+    def last(self) -> float:
+        """Return the part of the length at which the last curve begins."""
+        return 1.0 - self._curves[-1].length / self.length if self.length else 0.0
+
+
+#: Parts into which each curve of a chain is cut at least, and parts of a whole chain at most.
+_PARTS, _MOST_PARTS = 64, 8192
 
 
 def _space(point: Sequence[float]) -> list[float]:

@@ -17,6 +17,7 @@ from rcx_harness.robot.data import Data
 from rcx_harness.robot.motion import Motion, Movement, OriginRun, Origins
 from rcx_harness.robot.paths import Path
 from rcx_harness.robot.ports import Ports
+from rcx_harness.robot.program.observing import Observers
 from rcx_harness.robot.stored import Point
 from rcx_harness.robot.tasks import Perform, Programs
 
@@ -36,6 +37,7 @@ class Machine:
         self.config = config
         self.rng = random.Random(seed)
         self.now_us = 0
+        self._observers = Observers()
         self.alarms = AlarmList(config.alarm_history_length)
         self.memory = Memory(config)
         self.points: dict[int, Point] = self.memory.points
@@ -73,7 +75,7 @@ class Machine:
         self.auto_mode = self._auto_selected
         self.sequence_running = False
         self.ports.lose_power(clears_internal=self.config.power_clears_internal_outputs)
-        self.program = Programs(self)
+        self.program = Programs(self, self._observers)
         self.motion.forget()
         self.pending: dict[str, int] = {}
         self.schedule("boot_time")

@@ -25,6 +25,7 @@ class Movement:
         tolerance: Per axis, the distance to its target at which it counts as arrived [pulses].
         pushing: It stops at workpieces.
         by_program: A robot program has started it.
+        out_positions: Per axis, its OUT position range [pulses]; None until a program needs it.
         continuous: The next movement of the program may begin in the OUT position range.
         done: It has reached its target, or its tolerance.
         finished: It has reached its target.
@@ -39,6 +40,7 @@ class Movement:
     pushing: bool = False
     by_program: bool = False
     continuous: bool = False
+    out_positions: Mapping[int, int] | None = None
     done: bool = False
     finished: bool = False
     stopped_by: str = ""
@@ -63,6 +65,17 @@ class Movement:
         self.finished = arrived and not blocked
         near = passed >= self.path.approach * 1e6 and self._near(positions)
         self.done = self.finished or (near and not blocked)
+
+    def is_near(self, now_us: int, positions: list[int], axes: Collection[int]) -> bool:
+        """Return whether these axes are within their tolerances, if they move at all."""
+        if (now_us - self.start_us) < self.path.approach * 1e6:
+            return self.path.target.keys().isdisjoint(axes)
+        tolerance = self.tolerance or {}
+        return all(
+            abs(end - positions[index]) <= tolerance.get(index, 0)
+            for index, end in self.path.target.items()
+            if index in axes
+        )
 
     def _hold_at(self, workpieces: Mapping[int, int], positions: list[int]) -> bool:
         """Stop the axes at workpieces in their way; return True if there is one."""

@@ -15,7 +15,7 @@ from itertools import pairwise
 
 from rcx_harness.robot.alarms import SOFT_LIMIT, CommandError
 from rcx_harness.robot.arm import Arm
-from rcx_harness.robot.geometry import Arc, Curve, Frame, Line
+from rcx_harness.robot.geometry import Arc, Chain, Curve, Frame, Line
 from rcx_harness.robot.schedule import AxisLimits, Schedule
 
 __all__ = [
@@ -23,12 +23,14 @@ __all__ = [
     "ArchPath",
     "AxisMove",
     "CurvePath",
+    "Leg",
     "Pace",
     "Path",
     "Profile",
     "PtpPath",
     "plan_arc",
     "plan_arch",
+    "plan_chain",
     "plan_line",
     "plan_ptp",
 ]
@@ -161,14 +163,14 @@ class CurvePath(Path):
 
     def __init__(
         self, curve: Curve, profile: Profile | Schedule, frame: Frame, axes: Mapping[int, int],
-        target: Mapping[int, int],
+        target: Mapping[int, int], approach: float | None = None,
     ) -> None:  # fmt: skip
         """Move the axes in `axes`, which has their indices by their places in the robot, 0 to 5."""
         self._curve, self._profile, self._frame = curve, profile, frame
         self._axes = dict(axes)
         self.target = dict(target)
         self.seconds = profile.seconds
-        self.approach = profile.seconds / 2
+        self.approach = profile.seconds / 2 if approach is None else approach
 
     def at(self, t: float) -> Mapping[int, float]:
         """Return the positions after the part of the curve that is done at that time."""
@@ -298,6 +300,88 @@ def plan_arc(arm: Arm, via: Mapping[int, int], target: Mapping[int, int], pace: 
     return _curve(arm, frame, arc, target, pace)
 
 
+@dataclass(frozen=True)
+class Leg:
+    """A part of a chained path: its targets by place [pulses], and its pace.
+
+    An arc has two targets: a point on the way, and the end.
+    """
+
+    targets: tuple[Mapping[int, int], ...]
+    pace: Pace
+
+
+def plan_chain(
+    arm: Arm, start: Sequence[int], legs: Sequence[Leg], *, resumed: bool = False
+) -> Path:
+    """Plan a path of lines and arcs that follow each other without a stop between them.
+
+    At a corner the tool is as slow as the accelerations of the axes demand.
+
+    Args:
+        arm: The robot.
+        start: The start of the path [pulses].
+        legs: Its parts.
+        resumed: The robot stands on the path, because a stop has interrupted the movement; it
+            follows the rest. Else it must stand within OUTPOS of the start.
+
+    Raises:
+        CommandError: the robot is not there, an arc has no circle, or a soft limit is exceeded.
+    """
+    frame, curves = arm.frame, list[Curve]()
+    at = frame.to_mm(start)
+    for leg in legs:
+        *via, end = (frame.to_mm(_completed(arm, target)) for target in leg.targets)
+        try:
+            curves.append(Arc(at, via[0], end) if via else Line(at, end))
+        except ValueError:
+            raise CommandError(arm.config.no_circle_alarm) from None
+        at = end
+    away = [abs(a - b) > arm.parameter("OUTPOS", k)
+            for k, (a, b) in enumerate(zip(start, arm.here, strict=True))]  # fmt: skip
+    first = 0
+    if any(away) and resumed:
+        first, curves = _rest(arm, curves)
+    elif any(away):
+        raise CommandError(arm.config.program_path_alarm)
+    chain = Chain(curves)
+    target = dict(enumerate(arm.here)) | dict(legs[-1].targets[-1])
+    shares = [curve.length / chain.length if chain.length else 0.0 for curve in curves]
+    speeds = [_tool_speed(arm, leg.pace) for leg in legs[first:]]
+    slowest = Pace(
+        max(leg.pace.share for leg in legs),
+        min((leg.pace.up for leg in legs if leg.pace.up is not None), default=None),
+        min((leg.pace.down for leg in legs if leg.pace.down is not None), default=None),
+    )
+    return _curve(arm, frame, chain, target, slowest, list(zip(shares, speeds, strict=True)))
+
+
+def _rest(arm: Arm, curves: Sequence[Curve]) -> tuple[int, list[Curve]]:
+    """Return the number of the curve on which the robot stands, and what remains of all."""
+    here = arm.frame.to_mm(arm.here)
+    places = [(math.dist(curve.at(k / _RESUMED), here), n, k / _RESUMED)
+              for n, curve in enumerate(curves) for k in range(_RESUMED + 1)]  # fmt: skip
+    distance, number, share = min(places)
+    curve = curves[number]
+    if distance > max(curve.length / _RESUMED, _OFF_PATH):
+        raise CommandError(arm.config.program_path_alarm)
+    end = curve.at(1.0)
+    rest: Curve = Line(here, end)
+    if isinstance(curve, Arc) and share < _NEARLY:
+        rest = Arc(here, curve.at((share + 1) / 2), end)
+    return number, [rest, *curves[number + 1 :]]
+
+
+#: Places of a curve that are compared with the robot's place after a stop, the distance from the
+#: path up to which it counts as on it [0.001 mm], and the end of an arc that is followed as a line.
+_RESUMED, _OFF_PATH, _NEARLY = 256, 1000, 0.99
+
+
+def _tool_speed(arm: Arm, pace: Pace) -> float:
+    """Return the speed of the tool [mm/s]."""
+    return arm.line_speed * pace.share if pace.mm_per_s is None else pace.mm_per_s
+
+
 def _axis_move(arm: Arm, place: int, way: tuple[int, int], pace: Pace) -> AxisMove:
     """Return the move of one axis [pulses]; raise CommandError if it ends beyond a soft limit."""
     axis = arm.axes[place]
@@ -322,8 +406,18 @@ def _completed(arm: Arm, target: Mapping[int, int]) -> tuple[int, ...]:
     return tuple(target.get(place, now) for place, now in enumerate(arm.here))
 
 
-def _curve(arm: Arm, frame: Frame, curve: Curve, target: Mapping[int, int], pace: Pace) -> Path:
-    """Plan the fastest path along a curve on which no axis exceeds its limits."""
+def _curve(
+    arm: Arm,
+    frame: Frame,
+    curve: Curve,
+    target: Mapping[int, int],
+    pace: Pace,
+    parts: Sequence[tuple[float, float]] = (),
+) -> Path:
+    """Plan the fastest path along a curve on which no axis exceeds its limits.
+
+    `parts` are the parts of a Chain: the share of each in its length, and its speed [mm/s].
+    """
     turning = frame.turning_hand or not frame.straight
     samples = max(curve.samples, _TURNING_SAMPLES if turning else 1)
     every = [frame.to_pulses(curve.at(k / samples)) for k in range(samples + 1)]
@@ -337,15 +431,42 @@ def _curve(arm: Arm, frame: Frame, curve: Curve, target: Mapping[int, int], pace
             raise CommandError(SOFT_LIMIT, axis=place + 1)
         speed = axis.max_speed * pace.share
         limits.append(AxisLimits(values, speed, *_ramps(arm, place, pace)))
-    speed = arm.line_speed * pace.share if pace.mm_per_s is None else pace.mm_per_s
+    speed = _tool_speed(arm, pace)
     profile: Profile | Schedule = (
         _even(length, speed, limits, samples)
-        if frame.straight or not length
-        else Schedule(length, speed, limits)
+        if not length or (frame.straight and not isinstance(curve, Chain))
+        else Schedule(
+            length, _speeds(parts, samples) if parts else speed, limits, straights=bool(parts)
+        )
     )
     axes = {place: arm.indices[place] for place in target}
     ends = {arm.indices[place]: end for place, end in target.items()}
-    return CurvePath(curve, profile, frame, axes, ends)
+    approach = _when(profile, curve.last) if isinstance(curve, Chain) else None
+    return CurvePath(curve, profile, frame, axes, ends, approach)
+
+
+def _speeds(parts: Sequence[tuple[float, float]], samples: int) -> list[float]:
+    """Return the highest speed at each place of a chain; between two parts the lower one."""
+    speeds = [math.inf] * (samples + 1)
+    begin = 0.0
+    for share, speed in parts:
+        end = begin + share
+        for k in range(math.floor(begin * samples), min(samples, math.ceil(end * samples)) + 1):
+            speeds[k] = min(speeds[k], speed)
+        begin = end
+    return speeds
+
+
+def _when(profile: Profile | Schedule, share: float) -> float:
+    """Return the time [s] at which a part of the way is done."""
+    low, high = 0.0, profile.seconds
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if profile.share(middle) < share else (low, middle)
+    return low
+
+
+_HALVINGS = 40
 
 
 def _even(length: float, speed: float, limits: Sequence[AxisLimits], samples: int) -> Profile:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 from rcx_harness.spec.wire import DEDICATED_AT
 from structured_text.errors import InputError
 
-__all__ = ["Port", "Ports", "port", "port_of"]
+__all__ = ["Access", "Port", "Ports", "port", "port_of", "value_in"]
 
+#: Accesses that are recorded at most; a property reads them once per scan.
+_MOST_ACCESSES = 10_000
 _LAST_PORT = 0o15  # the language has ports up to 27, this board takes them up to 15
 _FIRST_FREE = 2  # ports 0 and 1 are dedicated, as are words 0 and 1
 _WORDS = range(_FIRST_FREE, 16)
@@ -97,6 +100,33 @@ def _word(text: str, output: bool, *, double: bool, number: int) -> Port:
     return Port(text, output, 2 * number, 4 if double else 2)
 
 
+def value_in(place: Port, area: bytes | bytearray) -> int:
+    """Return the value of a port in the area that contains it."""
+    raw = area[place.at : place.at + place.size]
+    value = int.from_bytes(raw, "little", signed=place.signed)
+    return value if place.bit is None else value >> place.bit & 1
+
+
+class Access(NamedTuple):
+    """A statement of a robot program that has read or changed a port.
+
+    Attributes:
+        program: Name of the program.
+        line: Line of the statement.
+        place: The port.
+        changed: The statement has changed it; else it has read it.
+        inputs: The inputs from the master at that moment, as an area.
+        outputs: The outputs before the statement, as an area.
+    """
+
+    program: str
+    line: int
+    place: Port
+    changed: bool
+    inputs: bytes
+    outputs: bytes
+
+
 class Ports:
     """The general-purpose part of both areas, and the ports outside of the areas.
 
@@ -104,12 +134,17 @@ class Ports:
         inputs: The last area that the master sent.
         outputs: The outputs of the robot programs, as an area.
         banks: All other ports by kind: one byte each.
+        accesses: What statements of robot programs have read and changed since somebody has emptied
+            this list; None: it is not recorded.
+        statement: Program and line of the statement that is executed, while accesses are recorded.
     """
 
     def __init__(self, size: int) -> None:
         self.banks = {kind: bytearray(count) for kind, count in _BANKS.items()}
         self.inputs = bytes(size)
         self.outputs = bytearray(size)
+        self.accesses: list[Access] | None = None
+        self.statement: tuple[str, int] | None = None
 
     def lose_power(self, *, clears_internal: bool) -> None:
         """Set all ports to OFF or 0 that lose their values with the power.
@@ -137,20 +172,29 @@ class Ports:
     def read(self, place: Port) -> int:
         """Return the value of an input or output."""
         self._check(place)
+        if self.statement is not None:
+            self._record(place, changed=False)
+        return self._value(place)
+
+    def _value(self, place: Port) -> int:
         area: bytes | bytearray = self.outputs if place.output else self.inputs
         if place.bank:
             area = self.banks[place.bank]
-        value = int.from_bytes(
-            area[place.at : place.at + place.size], "little", signed=place.signed
-        )
-        return value if place.bit is None else value >> place.bit & 1
+        return value_in(place, area)
 
     def write(self, place: Port, value: int) -> None:
         """Set an output; if the value is too long, its lower bits are written."""
         if not place.output:
             raise InputError(f"{place.name} is an input of the robot", hint="outputs can be set")
         self._check(place)
-        self._store(self.banks[place.bank] if place.bank else self.outputs, place, value)
+        area = self.banks[place.bank] if place.bank else self.outputs
+        if self.statement is None:
+            self._store(area, place, value)
+            return
+        before, outputs = self._value(place), bytes(self.outputs)
+        self._store(area, place, value)
+        if self._value(place) != before:
+            self._record(place, changed=True, outputs=outputs)
 
     def set_input(self, place: Port, value: int) -> None:
         """Set an input that does not come from the master: `DI(20)` or `DI2()`."""
@@ -166,6 +210,12 @@ class Ports:
             area[place.at] |= 1 << place.bit
         else:
             area[place.at] &= ~(1 << place.bit)
+
+    def _record(self, place: Port, *, changed: bool, outputs: bytes | None = None) -> None:
+        assert self.statement is not None
+        if self.accesses is not None and len(self.accesses) < _MOST_ACCESSES:
+            before = bytes(self.outputs) if outputs is None else outputs
+            self.accesses.append(Access(*self.statement, place, changed, self.inputs, before))
 
     def _check(self, place: Port) -> None:
         place.check(len(self.inputs))

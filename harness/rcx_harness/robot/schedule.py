@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
+from rcx_harness.spec.wire import CYCLE_US
+
 __all__ = ["AxisLimits", "Schedule"]
 
 
@@ -28,6 +30,13 @@ class AxisLimits:
     down: float
 
 
+#: A step is straight if its bend takes at most this part of what is reserved for bends.
+_STRAIGHT = 0.01
+#: A bend that is this many times as strong as both beside it is a corner: the axes change their
+#: speeds there at once, within a cycle of the controller [s].
+_CORNER, _CYCLE = 4, CYCLE_US / 1e6
+
+
 class Schedule:
     """The times at even steps of a way, as short as the limits of all axes allow.
 
@@ -35,23 +44,37 @@ class Schedule:
     the curvature of its own way, half for the acceleration of the tool.
     """
 
-    def __init__(self, length: float, speed: float, axes: Sequence[AxisLimits]) -> None:
-        """Plan a way of `length` (any unit, above 0) with at most `speed` in that unit/s."""
+    def __init__(
+        self, length: float, speed: float | Sequence[float], axes: Sequence[AxisLimits],
+        *, straights: bool = False,
+    ) -> None:  # fmt: skip
+        """Plan a way of `length` (any unit, above 0) with at most `speed` in that unit/s.
+
+        The speed is one number, or one for each place of the axes. With `straights` nothing is
+        reserved on the straight parts of the way, and corners are allowed.
+        """
         steps = len(axes[0].places) - 1
         step = length / steps
-        speeds, ups, downs = [speed] * (steps + 1), [math.inf] * steps, [math.inf] * steps
+        speeds = [speed] * (steps + 1) if isinstance(speed, (int, float)) else list(speed)
+        ups, downs = [math.inf] * steps, [math.inf] * steps
         for axis in axes:
             rates = [(after - before) / step for before, after in pairwise(axis.places)]
             ramp = min(axis.up, axis.down) / 2
+            bends = [0.0, *(abs(after - before) / step for before, after in pairwise(rates)), 0.0]
             for k, rate in enumerate(rates):
                 if rate:
                     most = axis.speed / abs(rate)
                     speeds[k], speeds[k + 1] = min(speeds[k], most), min(speeds[k + 1], most)
-                    ups[k] = min(ups[k], axis.up / 2 / abs(rate))
-                    downs[k] = min(downs[k], axis.down / 2 / abs(rate))
-            for k, (before, after) in enumerate(pairwise(rates), 1):
-                if bend := abs(after - before) / step:
+                    fastest = min(speeds[k], speeds[k + 1])
+                    bent = max(bends[k], bends[k + 1]) * fastest**2 > ramp * _STRAIGHT
+                    part = 2 if bent or not straights else 1
+                    ups[k] = min(ups[k], axis.up / part / abs(rate))
+                    downs[k] = min(downs[k], axis.down / part / abs(rate))
+            for k, bend in enumerate(bends):
+                if bend:
                     speeds[k] = min(speeds[k], math.sqrt(ramp / bend))
+                    if straights and bend > _CORNER * max(bends[k - 1], bends[k + 1]):
+                        speeds[k] = min(speeds[k], ramp * _CYCLE / (bend * step))
         # `speeds` now has the highest speed at each step, from the axes' speeds and curvatures. It
         # must also be reachable. The forward pass limits each speed to what the acceleration
         # allows from the step before (v^2 = v0^2 + 2 a s). The backward pass does the same with

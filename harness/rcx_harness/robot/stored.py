@@ -20,6 +20,7 @@ __all__ = [
     "FIRST_REAL",
     "HIGH_WORD",
     "PALLET_POINTS",
+    "PARAMETER_DEFAULTS",
     "QUANTITIES",
     "QUANTITIES_OF_AXIS",
     "ROBOTS",
@@ -50,6 +51,22 @@ VARIABLES = 32
 FIRST_REAL = 256
 #: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
 ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
+#: Values as delivered; the manual gives none.
+PARAMETER_DEFAULTS = {
+    "WEIGHTG": 0,
+    "ACCEL": 100,
+    "DECEL": 100,
+    "TOLE": 80,
+    "OUTPOS": 2000,
+    "AXWGHT": 0,
+    "ARCHP1": 2000,
+    "ARCHP2": 2000,
+    "PSHFRC": 100,
+    "PSHTIME": 1000,
+    "PSHMTD": 0,
+    "PSHJGSP": 0,
+    "PSHSPD": 100,
+}
 
 #: Quantities of the real time output (guide, 4.9). The list of item numbers is in another manual;
 #: this guide gives only motor duty, item 13. Items are therefore named, and the configuration maps

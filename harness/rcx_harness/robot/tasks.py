@@ -9,17 +9,19 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Collection, Mapping
+from datetime import datetime
 from typing import Any, NamedTuple, Protocol
 
 from rcx_harness.robot.alarms import STOP, AlarmList, CommandError, Place
 from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.config import RobotConfig, RobotProgram
 from rcx_harness.robot.controller_memory import Memory
+from rcx_harness.robot.data import Data
 from rcx_harness.robot.motion import Motion
 from rcx_harness.robot.ports import Port, Ports
 from rcx_harness.robot.program.code import program_code
 from rcx_harness.robot.program.execution import NEXT, STAY, Frame, Order, Statement, execute
-from rcx_harness.robot.program.motion import Request
+from rcx_harness.robot.program.motion import Request, Way
 from rcx_harness.robot.program.observing import Observers
 from rcx_harness.robot.program.syntax import Program
 from rcx_harness.robot.program.values import Value
@@ -57,12 +59,15 @@ class ProgramError(NamedTuple):
         program: Name of the program.
         line: Line with the error.
         number: Number of the alarm.
+        own: The program has caused it; else an alarm of the controller has, such as one that a
+            stimulus has raised.
     """
 
     t_us: int
     program: str
     line: int
     number: str
+    own: bool = True
 
 
 class Surroundings(Protocol):
@@ -76,6 +81,7 @@ class Surroundings(Protocol):
     positions: list[int]
     alarms: AlarmList
     perform: Perform
+    data: Data
 
     def arm(self, robot: int) -> Arm:
         """Return a robot by its number, 1 to 4."""
@@ -95,6 +101,8 @@ class RobotTask:
         temporary: A program has registered it; it leaves the table at its end or reset.
         variables: Its variables by name; elements of arrays as `A%(3)`.
         begun: Position of the instruction that has begun and not ended; -1: none.
+        full_cycles: Cycles in which it has used all its statements, as a loop without a wait does.
+        full_line: Its line at the end of the last of these cycles.
     """
 
     def __init__(self, program: RobotProgram, variables: dict[str, Value], plain: str) -> None:
@@ -104,6 +112,7 @@ class RobotTask:
         self.number = 0
         self.priority = MAIN_PRIORITY
         self.temporary = False
+        self.full_cycles, self.full_line = 0, 0
         self.variables = variables if self.code.shared else {}
         self.rewind()
         self.since_us = 0
@@ -123,6 +132,8 @@ class RobotTask:
         self.error_at = -1
         self.execution: Statement | None = None
         self.passed: set[int] = set()
+        self.moving_at = -1
+        """The position of the statement that has begun a movement and has not ended; or -1."""
         self.interrupted = False
         self.mode = RUN
         self.depth = 0
@@ -218,7 +229,7 @@ class RobotTask:
 
     def skip(self) -> None:
         """Skip the current line."""
-        self.until_us, self.waits, self.execution = None, False, None
+        self.until_us, self.waits, self.execution, self.moving_at = None, False, None, -1
         self.begun = -1
         self.state = "stopped"
         self.at = self.code.behind(self.line)
@@ -276,18 +287,21 @@ class Programs:
         variables: The variables of the programs that are steps of the robot file, by name.
         errors: The errors that have stopped a program since power-on.
         observers: Informed of each instruction.
+        ways: The paths that PATH statements have defined, by robot.
     """
 
-    def __init__(self, machine: Surroundings) -> None:
+    def __init__(self, machine: Surroundings, observers: Observers | None = None) -> None:
         self._machine = machine
         self.config = config = machine.config
         self.variables: dict[str, Value] = {}
         self.errors: list[ProgramError] = []
-        self.observers = Observers()
+        self.observers = Observers() if observers is None else observers
         plain = config.plain_variables
         self.tasks = [RobotTask(program, self.variables, plain) for program in config.programs]
         self.tasks[0].number = TASKS[0]
         self.is_reset = config.program_is_reset
+        self.ways: dict[int, Way] = {}
+        self._counted_from_us = 0
         self._pulses: list[tuple[int, Port]] = []
         self._to_start: dict[int, str] | None = None
         self._to_reset: Collection[int] | None = None
@@ -431,6 +445,31 @@ class Programs:
         if self.config.main_ends_tasks:
             self.halt()
 
+    @property
+    def clock(self) -> datetime:
+        """Return date and time of the controller."""
+        return self._machine.data.clock.now(self.now_us)
+
+    @property
+    def counted_us(self) -> int:
+        """Return the time since power-on or the last RESET TCOUNTER [us]."""
+        return self.now_us - self._counted_from_us
+
+    def reset_counter(self) -> None:
+        """Begin TCOUNTER at 0."""
+        self._counted_from_us = self.now_us
+
+    def error_of(self, number: int) -> tuple[str, int] | None:
+        """Return alarm number and line of the last error that a task has handled.
+
+        Raises:
+            CommandError: there is no such task.
+        """
+        task = self.in_task(number)
+        if task is None:
+            raise CommandError(self.config.undefined_task_alarm)
+        return task.error
+
     def pulse(self, place: Port, ms: int) -> None:
         """Turn an output ON, and OFF again after `ms`."""
         self.ports.write(place, 1)
@@ -493,6 +532,7 @@ class Programs:
         for task in sorted(self.tasks, key=lambda task: task.priority):
             if task.state == "running" and not task.endless:
                 self._work(task, now_us)
+        self.ports.statement = None
 
     def next_due_us(self, now_us: int) -> int | None:
         """Return when a task or a pulse continues by itself; None if nothing is due."""
@@ -518,6 +558,8 @@ class Programs:
             if at >= len(code):
                 self._finish(task, now_us)
                 return
+            if self.ports.accesses is not None:
+                self.ports.statement = (task.program.name, code[at].line)
             if task.begun != at:
                 task.begun = at
                 for observer in self.observers:
@@ -541,17 +583,21 @@ class Programs:
                 task.pause(now_us)
                 task.come_round()
                 return
+        task.full_cycles += 1
+        task.full_line = task.line
 
     def _failed(self, task: RobotTask, number: str) -> int:
         """Return the position of the error handler, or stop the program with an alarm.
 
         An error in the handler itself stops the program.
         """
-        task.until_us, task.waits, task.execution = None, False, None
+        task.until_us, task.waits, task.execution, task.moving_at = None, False, None, -1
         if task.handler >= 0 and task.error_at < 0:
             task.error, task.error_at = (number, task.line), task.at
             return task.handler
-        self.errors.append(ProgramError(self.now_us, task.program.name, task.line, number))
+        own = not self._machine.alarms.has(number)
+        name = task.program.name
+        self.errors.append(ProgramError(self.now_us, name, task.line, number, own))
         place = Place(_ROBOT_TASK, task.number)
         self._machine.alarms.note(number, self.now_us, place=place)
         if self.config.program_error_is_serious:

@@ -23,6 +23,7 @@ from rcx_harness.serve.history import History
 from rcx_harness.serve.status import Event, Status
 from structured_text.errors import InputError
 from structured_text.output import system
+from structured_text.output.limits import MOST_LINE_BYTES
 
 __all__ = ["MODULE", "STOP_S", "Host", "Settings"]
 
@@ -30,7 +31,6 @@ __all__ = ["MODULE", "STOP_S", "Host", "Settings"]
 MODULE = "rcx_harness.serve.station_process"
 STOP_S = 5.0
 _ANSWER_S = 5.0
-_LONGEST_LINE = 1 << 20
 _MOST_EVENTS = 5000
 _MOST_WAY = 100
 
@@ -64,6 +64,7 @@ class Host:
         ended: Set when it has ended, unexpectedly or not.
         shapes: Geometry of its robots (`rcx_harness.robot.shape`).
         drawn: Number of changes of `shapes`.
+        listings: Its robot programs (`rcx_harness.robot.listing`); empty if none is a text.
         way: Latest positions on the way, as in `Status.way`; the page asks often enough for all.
         failure: The part that has ended by itself, and how; empty as long as all run.
         events: Latest events that no reader has removed yet.
@@ -85,6 +86,7 @@ class Host:
         self._folder = ""  # folder of the recording
         self.shapes: tuple[dict[str, Any], ...] = ()
         self.drawn = 0
+        self.listings: tuple[dict[str, Any], ...] = ()
         self.way: deque[tuple[int, ...]] = deque(maxlen=_MOST_WAY)
         self.events: deque[Event] = deque(maxlen=_MOST_EVENTS)
         self.reports = 0
@@ -110,7 +112,7 @@ class Host:
             json.dumps(asdict(self.settings)),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
-            limit=_LONGEST_LINE,
+            limit=MOST_LINE_BYTES,
             **system.APART,
         )
         first = await self._read_line()
@@ -215,6 +217,7 @@ class Host:
         self.way += status.way
         if status.shapes:
             self.shapes, self.drawn = status.shapes, self.drawn + 1
+        self.listings = status.listings or self.listings
         self.history.add(status.changes, status.t_us)
 
     async def _read_line(self) -> dict[str, Any] | None:

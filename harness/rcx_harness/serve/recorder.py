@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.robot import Controller
+from rcx_harness.robot.listing import Tasks, listings
 from rcx_harness.robot.positions import axes_of, where
 from rcx_harness.robot.shape import poses, shapes
 from rcx_harness.spec.wire import CYCLE_US
@@ -20,7 +21,7 @@ _UNIT = "mm"
 
 
 class Recorder:
-    """A trace of the cycles in which areas or positions have changed, and of broken rules.
+    """A trace of the cycles in which areas, positions or tasks have changed, and of broken rules.
 
     Its time begins at 0. `rcx view` and `rcx judge` read it.
     """
@@ -34,7 +35,9 @@ class Recorder:
             keep=0,
             axes=axes_of([controller], _UNIT),
             robots=[shapes(controller)],
+            programs=[listings(controller)],
         )
+        self._tasks = Tasks(controller)
         self._controller, self._begin_us = controller, now_us
         self._seen: tuple[bytes, bytes] | None = None
         self._stood: tuple[float, ...] | None = None
@@ -49,12 +52,13 @@ class Recorder:
     def note(self, now_us: int, cycle: int, si: bytes, so: bytes, *, last: bool = False) -> None:
         """Record a cycle if something has changed or it is the last one."""
         stood, posed = where(self._controller, _UNIT), tuple(poses(self._controller))
-        if (si, so) == self._seen and stood == self._stood and posed == self._posed and not last:
+        tasks, before = self._tasks.changed(), (self._seen, self._stood, self._posed)
+        if ((si, so), stood, posed) == before and tasks is None and not last:
             return
         moved = None if stood == self._stood else stood
         turned = None if posed == self._posed else posed
         self._seen, self._stood, self._posed = (si, so), stood, posed
-        self._trace.add(Cycle(now_us - self._begin_us, cycle, si, so, 1, moved, turned))
+        self._trace.add(Cycle(now_us - self._begin_us, cycle, si, so, 1, moved, turned, tasks))
         self.cycles += 1
 
     def broken(self, violation: Violation) -> None:

@@ -12,6 +12,7 @@ from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import Image, LinkState, drops_text
 from rcx_harness.robot import EVENTS, Controller
 from rcx_harness.robot.area import input_words
+from rcx_harness.robot.listing import Tasks, listings, task_places
 from rcx_harness.robot.positions import where
 from rcx_harness.robot.shape import poses, shapes
 from rcx_harness.serve.network_news import NetworkJournals, NetworkNews
@@ -60,7 +61,8 @@ class Station:
 
     Args:
         images: The areas that are exchanged with the network.
-        trace: Takes each cycle in which the areas have changed, and each broken rule.
+        trace: Takes each cycle in which the areas or the tasks of robot programs have changed, and
+            each broken rule.
 
     Attributes:
         begin_us: Its time 0 on the clock of the adapter's processes [us].
@@ -78,6 +80,9 @@ class Station:
         self._recorder: Recorder | None = None
         self._recorded = 0
         self._drawn = -1  # executed commands at the last report of the shapes
+        self._listings = tuple(listings(controller))
+        self._listed = False  # the listings have been reported
+        self._traced_tasks = Tasks(controller)
         self._images = images
         self._trace = trace
         self._cut = False
@@ -241,6 +246,8 @@ class Station:
             way=way,
             poses=tuple(poses(self.controller)),
             shapes=self._shapes(),
+            tasks=self._tasks(),
+            listings=self._new_listings(),
             alarms=tuple(alarm_text(one.number) for one in self.controller.alarms.active),
             executed=self.controller.commands_executed,
             commands=tuple(self._commands),
@@ -257,6 +264,15 @@ class Station:
             return ()
         self._drawn = self.controller.commands_executed
         return tuple(shapes(self.controller))
+
+    def _tasks(self) -> tuple[dict[str, Any], ...]:
+        """Return where each task is; empty if no program is a text."""
+        return task_places(self.controller) if self._listings else ()
+
+    def _new_listings(self) -> tuple[dict[str, Any], ...]:
+        """Return the robot programs in the first report; else ()."""
+        listed, self._listed = self._listed, True
+        return () if listed else self._listings
 
     def _take_inputs(self) -> bytes | None:
         """Return the inputs from the owner of the connection; None if there is no connection.
@@ -329,9 +345,11 @@ class Station:
         if self._recorder is not None and self._recorder.is_full:
             self._record(None)
         seen = (self._si, self._so)
+        tasks = self._traced_tasks.changed()
+        if seen != self._seen or tasks is not None:
+            self._note_cycle(tasks)
         if seen != self._seen:
             before, self._seen = self._seen, seen
-            self._note_cycle()
             self._follow_command()
             self._note_change(before)
         for violation in self.controller.drain_violations():
@@ -347,10 +365,10 @@ class Station:
             if self._recorder is not None:
                 self._recorder.broken(replace(violation, text=text))
 
-    def _note_cycle(self) -> None:
+    def _note_cycle(self, tasks: tuple[dict[str, Any], ...] | None = None) -> None:
         if self._trace is not None:
             areas = (self._si or b"", self._so)
-            self._trace.add(Cycle(self.now_us, self._cycles - 1, *areas))
+            self._trace.add(Cycle(self.now_us, self._cycles - 1, *areas, tasks=tasks))
             self._trace.flush()
 
     def _note_change(self, before: tuple[bytes | None, bytes]) -> None:

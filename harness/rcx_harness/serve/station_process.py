@@ -27,6 +27,7 @@ from rcx_harness.enip.cyclic.shared import now_us
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.robot import Controller, RobotConfig
+from rcx_harness.robot.listing import listings
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Trace
@@ -177,7 +178,7 @@ def main(argument: str) -> None:
     try:
         controller = Controller(_config(settings), settings["seed"])
         adapter = _adapter(settings, controller.config.size)
-        trace = _trace(settings, controller.config.size)
+        trace = _trace(settings, controller)
     except InputError as error:
         tell({"error": str(error)})
         return
@@ -210,12 +211,17 @@ def _config(settings: dict[str, Any]) -> RobotConfig:
     return replace(config, size=settings["size"]) if settings["size"] else config
 
 
-def _trace(settings: dict[str, Any], size: int) -> Trace | None:
-    """Return the trace of the cycles in which the areas have changed, or None."""
+def _trace(settings: dict[str, Any], controller: Controller) -> Trace | None:
+    """Return the trace of the cycles in which areas or tasks have changed, or None."""
     if not settings["trace"]:
         return None
-    header = {"by": "rcx serve", "of": settings["host"], "cycle_us": CYCLE_US, "size": size}
-    return Trace({**header, "only": "changes"}, settings["trace"], keep=0)
+    header = {"by": "rcx serve", "of": settings["host"], "cycle_us": CYCLE_US}
+    return Trace(
+        {**header, "size": controller.config.size, "only": "changes"},
+        settings["trace"],
+        keep=0,
+        programs=[listings(controller)],
+    )
 
 
 def _adapter(settings: dict[str, Any], size: int) -> Adapter:

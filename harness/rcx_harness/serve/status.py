@@ -85,9 +85,10 @@ class Status:
     LEDs are those of `rcx_harness.robot.Led`. Positions are listed robot by robot, in pulses and in
     mm. `way` has the pulses on the way since the previous report, each behind its time [us].
     `poses` and `shapes` are those of `rcx_harness.robot.shape`; `shapes` is empty if it has not
-    changed. `workpieces` are axis and pulses, `held` the outputs that are held or forced. `stalled`
-    names the processes of its network that stand still, `events` the events since the previous
-    report.
+    changed. `tasks` and `listings` are those of `rcx_harness.robot.listing`; `tasks` is empty if no
+    program is a text, and `listings` in all but the first report. `workpieces` are axis and pulses,
+    `held` the outputs that are held or forced. `stalled` names the processes of its network that
+    stand still, `events` the events since the previous report.
     """
 
     t_us: int = 0
@@ -117,6 +118,8 @@ class Status:
     way: tuple[tuple[int, ...], ...] = ()
     poses: tuple[dict[str, Any], ...] = ()
     shapes: tuple[dict[str, Any], ...] = ()
+    tasks: tuple[dict[str, Any], ...] = ()
+    listings: tuple[dict[str, Any], ...] = ()
     alarms: tuple[str, ...] = ()
     executed: int = 0
     commands: tuple[CommandNote, ...] = ()
@@ -143,7 +146,9 @@ class Status:
         for name, kind in kinds.items():
             table[name] = tuple(kind(**entry) for entry in table[name])
         table["connection"] = Connection(**table["connection"])
-        for name in ("positions", "mm", "poses", "shapes", "alarms", "held", "stalled"):
+        for name in ("positions", "mm", "poses", "shapes", "tasks", "listings"):
+            table[name] = tuple(table[name])
+        for name in ("alarms", "held", "stalled"):
             table[name] = tuple(table[name])
         table["way"] = tuple(tuple(sample) for sample in table["way"])
         table["workpieces"] = tuple((axis, at) for axis, at in table["workpieces"])

@@ -100,6 +100,8 @@ def view(number: int, host: Host) -> dict[str, Any]:
         "poses": list(status.poses),
         "drawn": host.drawn,
         "titles": axis_titles(host.shapes),
+        "programs": len(host.listings),
+        "tasks": list(status.tasks),
         "alarms": list(status.alarms),
         "executed": status.executed,
         "commands": [

@@ -30,7 +30,9 @@ FILES = {
     "/monitor.js": (_OWN, "monitor.js", _SCRIPT),
     "/operate.js": (_OWN, "operate.js", _SCRIPT),
     "/positions.js": (_OWN, "positions.js", _SCRIPT),
+    "/programs.js": (_OWN, "programs.js", _SCRIPT),
     "/robot.js": (_VIEW, "robot.js", _SCRIPT),
+    "/listing.js": (_VIEW, "listing.js", _SCRIPT),
 }
 _SECONDS, _WIDTHS = (1.0, 60.0), (200, 4000)
 _HOSTS: web.AppKey[Sequence[Host]] = web.AppKey("hosts", Sequence)
@@ -47,6 +49,7 @@ def application(hosts: Sequence[Host], token: str) -> web.Application:
     for path, show in (
         ("", _robot),
         ("/model", _model),
+        ("/programs", _programs),
         ("/chart.svg", _chart),
         ("/recording.jsonl", _recording),
     ):
@@ -85,6 +88,12 @@ async def _model(request: web.Request) -> web.Response:
     """Return the geometry of a controller's robots (`rcx_harness.robot.shape`)."""
     _, host = _host(request)
     return web.json_response({"robots": list(host.shapes), "drawn": host.drawn})
+
+
+async def _programs(request: web.Request) -> web.Response:
+    """Return the robot programs of a controller (`rcx_harness.robot.listing`)."""
+    _, host = _host(request)
+    return web.json_response(list(host.listings))
 
 
 async def _chart(request: web.Request) -> web.Response:

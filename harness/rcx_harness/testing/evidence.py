@@ -8,9 +8,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rcx_harness.cell import Cell
+from rcx_harness.robot.listing import task_places
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.explaining import shown_errors
+from rcx_harness.trace.tasks import statement_of, task_text
 from rcx_harness.trace.view.page import View
 from rcx_harness.watch.block_errors import error_names, error_text
 from structured_text.language.types import BlockType, ElementaryType, EnumType
@@ -67,8 +69,11 @@ def chart_of(cell: Cell) -> str:
 
 
 def state_of(cell: Cell) -> str:
-    """Return the programs' plain variables, and the blocks that are busy or in error."""
-    return "\n".join(_state(cell))
+    """Return the programs' plain variables, the blocks that are busy or in error, and the tasks.
+
+    A task is shown with its line if a robot program is a text.
+    """
+    return "\n".join([*_state(cell), *_tasks(cell)])
 
 
 def watched_of(cell: Cell) -> str:
@@ -109,6 +114,15 @@ def _state(cell: Cell) -> Iterator[str]:
                 yield f"{path} = {_shown(cell, path, variable.type)}"
             elif isinstance(variable.type, BlockType):
                 yield from _block(cell, path, variable.type)
+
+
+def _tasks(cell: Cell) -> Iterator[str]:
+    """Yield a line for each task: `robot task 1: PLACE:4 WAIT SI(20)=1`."""
+    for number, (robot, programs) in enumerate(zip(cell.robots, cell.trace.programs, strict=True)):
+        who = f"controller {number + 1}, " if number else ""
+        for task in task_places(robot) if programs else ():
+            text = task_text(task, statement_of(programs, task))
+            yield f"{who}robot task {task['task']}: {text}"
 
 
 def _block(cell: Cell, path: str, kind: BlockType) -> Iterator[str]:

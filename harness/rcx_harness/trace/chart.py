@@ -18,6 +18,7 @@ from rcx_harness.spec import Signal, command_name, signals
 from rcx_harness.spec.wire import ABNORMAL_END
 from rcx_harness.trace.explaining import named, of_alarms, of_errors, unanswered
 from rcx_harness.trace.records import Cycle, Record, Scan, Trace
+from rcx_harness.trace.tasks import task_text
 from rcx_harness.watch.wire import word
 from structured_text.bench import samples
 from structured_text.errors import Violation
@@ -70,8 +71,8 @@ class Lane:
     Attributes:
         name: The text beside it.
         kind: `input`, `output`, `variable` or `event` for ON or OFF, `word` for a word, `value` for
-            values as text, `stage` for the names of an enumeration, `curve` for a number over time,
-            `finding` for broken rules.
+            values as text, `task` for a task of a robot program, `stage` for the names of an
+            enumeration, `curve` for a number over time, `finding` for broken rules.
         changes: In order of time.
         first: The value before the first change.
         show: Converts a value to text; without it a word has its hexadecimal digits.
@@ -103,11 +104,11 @@ class Lane:
     @property
     def is_text(self) -> bool:
         """Return whether its values are written as text in columns."""
-        return self.kind in ("word", "value", "curve")
+        return self.kind in ("word", "value", "curve", "task")
 
     def is_idle(self, value: Any) -> bool:
-        """Return whether the value is drawn as a line only: the word 0."""
-        return self.kind == "word" and not value
+        """Return whether the value is drawn as a line only: the word 0, or no program."""
+        return self.kind in ("word", "task") and not value
 
     @property
     def is_curve(self) -> bool:
@@ -253,7 +254,8 @@ def _text_of(kind: Type, value: Any) -> str:
 class Timeline:
     """The changes of the dedicated signals, as the PLC reads and writes them.
 
-    With a trace it also collects the changes of recorded variables and positions. Give `take` to
+    It also collects the lines of the tasks of robot programs, if they are recorded. With a trace it
+    collects the changes of recorded variables and positions, too. Give `take` to
     `Trace.listen`. Memory grows with the changes, not with the time.
     """
 
@@ -265,6 +267,7 @@ class Timeline:
             [_of_axis(title, number) for title in titles]
             for number, titles in enumerate(trace.axes if isinstance(trace, Trace) else (), 1)
         ]
+        self._tasks: dict[tuple[int, int], Lane] = {}
         self._findings = Lane("Rule broken", "finding")
         self._named: set[str] = set()
         self.end_us = 0
@@ -283,8 +286,11 @@ class Timeline:
         elif isinstance(record, Violation):
             self._findings.changes.append((record.t_us, 1))
             self._named |= named([record.text])
-        elif record.positions is not None and self._positions:
-            self._take_positions(record, record.positions)
+        else:
+            if record.positions is not None and self._positions:
+                self._take_positions(record, record.positions)
+            if record.tasks is not None:
+                self._take_tasks(record, record.tasks)
 
     def _take_positions(self, record: Cycle, positions: tuple[float, ...]) -> None:
         for lane, value in zip(self._positions[record.controller - 1], positions, strict=True):
@@ -292,12 +298,22 @@ class Timeline:
                 lane.first = value
             lane.note(record.t_us, value)
 
+    def _take_tasks(self, record: Cycle, tasks: Sequence[Mapping[str, Any]]) -> None:
+        shown = {(record.controller, task["task"]): task_text(task) for task in tasks}
+        is_first = all(controller != record.controller for controller, _ in self._tasks)
+        for key, text in shown.items():
+            if key not in self._tasks:
+                self._tasks[key] = _of_task(*key, text if is_first else "")
+        for key, lane in self._tasks.items():
+            if key[0] == record.controller:
+                lane.note(record.t_us, shown.get(key, ""))
+
     def explain(self, errors: Iterable[int]) -> None:
         """Add ErrorIDs: the signals that their causes name are drawn even while they are OFF."""
         self._named |= of_errors(errors)
 
     def lanes(self) -> list[Lane]:
-        """Return signals of each controller, variables, positions, and broken rules if any.
+        """Return signals of each controller, tasks, variables, positions, and broken rules if any.
 
         A signal that has never been ON is left out unless it explains why a request had no effect:
         a broken rule or the cause of an ErrorID names it, an alarm that ended a remote command
@@ -309,8 +325,9 @@ class Timeline:
         return [*every, *([self._findings] if self._findings.changes else [])]
 
     def _of_cell(self) -> list[Lane]:
-        """Return the lanes of variables and positions."""
-        found = self._variables.lanes()
+        """Return the lanes of tasks, variables and positions."""
+        found = [lane for _, lane in sorted(self._tasks.items())]
+        found += self._variables.lanes()
         for lanes in self._positions:
             found += [lane for lane in lanes if lane.first is not None]
         return found
@@ -318,9 +335,11 @@ class Timeline:
     def instants(self) -> list[int]:
         """Return the times at which something changed, in order.
 
-        Curves and restless lanes count only if there are no other changes.
+        Curves, tasks and restless lanes count only if there are no other changes.
         """
-        moving = {id(one) for one in self._of_cell() if one.kind == "curve" or one.is_restless}
+        moving = {
+            id(one) for one in self._of_cell() if one.kind in ("curve", "task") or one.is_restless
+        }
         lanes = self.lanes()
         calm = [lane for lane in lanes if id(lane) not in moving]
         return _times(calm) or _times(lanes)
@@ -351,6 +370,11 @@ class Timeline:
 def _of_axis(title: str, controller: int) -> Lane:
     who = "" if controller == 1 else f"{controller}: "
     return Lane(f"{who}{title}", "curve", first=None, show="{:g}".format, always=True)
+
+
+def _of_task(controller: int, number: int, first: str) -> Lane:
+    who = "" if controller == 1 else f"{controller}: "
+    return Lane(f"{who}Task {number}", "task", first=first, always=True)
 
 
 def _times(lanes: Iterable[Lane]) -> list[int]:

@@ -60,6 +60,7 @@ COLOURS = {
     "word": "#6a4a8f",
     "value": "#444444",
     "stage": "#6a4a8f",
+    "task": "#0b6f7d",
     "curve": "#a03a6a",
     "variable": "#444444",
     "event": "#9a5b12",

@@ -45,7 +45,8 @@ class Cycle(NamedTuple):
     """One controller cycle: the area sampled (empty without a connection), the area answered.
 
     `positions` are the positions after it, if they are recorded and have changed. `poses` are the
-    poses of the robots (`rcx_harness.robot.shape.poses`), if they have changed.
+    poses of the robots (`rcx_harness.robot.shape.poses`), if they have changed. `tasks` are the
+    tasks of the robot programs (`rcx_harness.robot.listing.task_places`), if they have changed.
     """
 
     t_us: int
@@ -55,9 +56,10 @@ class Cycle(NamedTuple):
     controller: int = 1
     positions: tuple[float, ...] | None = None
     poses: tuple[Mapping[str, Any], ...] | None = None
+    tasks: tuple[Mapping[str, Any], ...] | None = None
 
     def line(self) -> str:
-        """Return the record as JSON; `positions` only if they are recorded and have changed."""
+        """Return the record as JSON; positions, poses and tasks only if they have changed."""
         head = (
             f'{{"t_us":{self.t_us},"cycle":{self.cycle}{_which(self.controller)},'
             f'"rcx_si":"{self.rcx_si.hex()}","rcx_so":"{self.rcx_so.hex()}"'
@@ -66,6 +68,8 @@ class Cycle(NamedTuple):
             head += f',"positions":{json.dumps(self.positions, **COMPACT)}'
         if self.poses is not None:
             head += f',"poses":{json.dumps(self.poses, **COMPACT)}'
+        if self.tasks is not None:
+            head += f',"tasks":{json.dumps(self.tasks, **COMPACT)}'
         return head + "}"
 
 
@@ -94,6 +98,8 @@ class Trace(samples.Trace[Record]):
         axes: Titles of the recorded positions, for each controller; `positions` in the header.
         robots: Shapes of the robots, for each controller (`rcx_harness.robot.shape.shapes`);
             `robots` in the header.
+        programs: Robot programs, for each controller (`rcx_harness.robot.listing.listings`);
+            `programs` in the header if there are any.
         more: Arguments of the trace of a bench.
     """
 
@@ -104,12 +110,15 @@ class Trace(samples.Trace[Record]):
         *,
         axes: Sequence[Sequence[str]] = (),
         robots: Sequence[Sequence[Mapping[str, Any]]] = (),
+        programs: Sequence[Sequence[Mapping[str, Any]]] = (),
         **more: Any,
     ) -> None:
-        self.axes = axes
+        self.axes, self.programs = axes, programs
         last: dict[str, Any] = {"positions": [list(names) for names in axes]} if axes else {}
         if robots:
             last["robots"] = [list(every) for every in robots]
+        if any(programs):
+            last["programs"] = [list(every) for every in programs]
         super().__init__(header, path, last=last, **more)
 
     def scans(self) -> list[Scan]:
@@ -294,6 +303,17 @@ def _record(entry: dict[str, Any]) -> Record:
         si, so = bytes.fromhex(entry["rcx_si"]), bytes.fromhex(entry["rcx_so"])
         where = tuple(entry["positions"]) if "positions" in entry else None
         poses = tuple(map(dict, entry["poses"])) if "poses" in entry else None
-        return Cycle(t_us, _whole(entry, "cycle", 0), si, so, controller, where, poses)
+        tasks = tuple(map(_task, entry["tasks"])) if "tasks" in entry else None
+        return Cycle(t_us, _whole(entry, "cycle", 0), si, so, controller, where, poses, tasks)
     named = _RULE.match(entry["violation"])
     return Violation(t_us, named[1] if named else "", entry["violation"])
+
+
+def _task(entry: dict[str, Any]) -> dict[str, Any]:
+    """Return a task of a robot program."""
+    for key in ("program", "state"):
+        if not isinstance(entry[key], str):
+            raise ValueError(f"{key} is not a text")
+    _whole(entry, "task", 1)
+    _whole(entry, "line", 1)
+    return entry

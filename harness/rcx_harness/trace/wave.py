@@ -1,12 +1,13 @@
 """Runs as VCD files for wave viewers: all dedicated bits and words, on both sides.
 
-The file also has the watched variables by their paths, and the positions, if they are recorded.
+The file also has the watched variables by their paths, the positions, if they are recorded, and for
+each robot program the task and the line that it executes.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import timedelta
 from pathlib import Path
 from typing import Any, TextIO, cast
@@ -96,6 +97,33 @@ class _Values:
             self._writer.change(variable, t_us, shown(value))
 
 
+class _Programs:
+    """The robot programs of one controller, each a scope with its line, its task and its state.
+
+    Line and task are 0, and the state is empty, while the program is not registered in a task.
+    """
+
+    def __init__(self, writer: VCDWriter, scope: str, names: Iterable[str]) -> None:
+        self._writer = writer
+        self._known: dict[str, tuple[Variable[Any], ...]] = {
+            name: (
+                writer.register_var((scope, name), "line", "integer", size=32, init=0),
+                writer.register_var((scope, name), "task", "integer", size=32, init=0),
+                writer.register_var((scope, name), "state", "string", init=""),
+            )
+            for name in dict.fromkeys(names)
+        }
+
+    def take(self, t_us: int, tasks: Iterable[Mapping[str, Any]]) -> None:
+        """Record the changes of all programs."""
+        places = {task["program"]: task for task in tasks}
+        for name, variables in self._known.items():
+            task = places.get(name, {})
+            values = (task.get("line", 0), task.get("task", 0), task.get("state", ""))
+            for variable, value in zip(variables, values, strict=True):
+                self._writer.change(variable, t_us, value)
+
+
 def _form(kind: Type) -> tuple[str, int | None, Callable[[Any], Any]]:
     """Return the form of a variable in the file, its bits, and its conversion."""
     name = kind.name if isinstance(kind, ElementaryType) else ""
@@ -151,6 +179,11 @@ class Wave:
                 _which(controllers), trace.axes if isinstance(trace, Trace) else (), strict=False
             )
         ]
+        programs = trace.programs if isinstance(trace, Trace) else ()
+        self._programs = [
+            _Programs(self._writer, f"programs{which}", [one["name"] for one in every])
+            for which, every in zip(_which(controllers), programs, strict=False)
+        ]
         self._broken = self._writer.register_var("rules", "broken", "integer", size=32, init=0)
         self._count = 0
         self._end_us = 0
@@ -177,6 +210,8 @@ class Wave:
                 axes = self._axes[record.controller - 1]
                 for variable, value in zip(axes, record.positions, strict=True):
                     self._writer.change(variable, record.t_us, value)
+            if self._programs and record.tasks is not None:
+                self._programs[record.controller - 1].take(record.t_us, record.tasks)
         else:
             self._count += 1
             self._writer.change(self._broken, record.t_us, self._count)

@@ -20,11 +20,13 @@ import importlib.util
 import os
 import sys
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, Protocol, overload
 
+from rcx_harness.cell import Cell
+from rcx_harness.verify.handshakes.waits import waits
 from structured_text.bench import Bench
 from structured_text.bench.agenda import Duration
 from structured_text.engines.base import Program
@@ -35,8 +37,10 @@ from structured_text.output.toml_files import check_keys, line_of
 from structured_text.output.units import format_us, parse_us
 
 __all__ = [
+    "Areas",
     "Declared",
     "Followed",
+    "Follower",
     "Judge",
     "always",
     "declared_in",
@@ -48,6 +52,8 @@ __all__ = [
 
 #: A property in Python: a function of the cell that is called after each scan.
 Asked = Callable[[Any], object]
+#: Returns for each controller what the PLC has read and what it has written in the last scan.
+Areas = Callable[[], Sequence[tuple[bytes, bytes]]]
 
 
 @dataclass(frozen=True)
@@ -79,6 +85,31 @@ class Declared:
     def kind(self) -> str:
         """Return the kind of failure that this property reports."""
         return f"{'always' if self.within_us is None else 'eventually'} {self.name}"
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Return the conditions in Structured Text, which `follow` gets compiled."""
+        return tuple(text for text in (self.that, self.after) if isinstance(text, str))
+
+    def follow(
+        self, made: Iterator[Condition], program: Program, cell: Bench | None, areas: Areas | None
+    ) -> Follower:
+        """Return the property, ready to be evaluated scan by scan.
+
+        Args:
+            made: The compiled conditions, in the order of `texts`.
+            program: The running program.
+            cell: The cell that properties in Python read, if there is a cell.
+            areas: Returns the areas of the last scan, if the program has any.
+        """
+        del program, areas
+        that = _Asked(cell, self, next(made) if isinstance(self.that, str) else self.that)
+        after = None
+        if self.after is not None:
+            after = _Asked(cell, self, next(made) if isinstance(self.after, str) else self.after)
+        for asked in filter(None, (that, after)):
+            asked.now()
+        return Followed(self, that, after)
 
     def __call__(self, cell: Bench) -> object:
         """Evaluate the property, so that tests can call a decorated function as before."""
@@ -229,8 +260,45 @@ class _Asked:
         )
 
 
-class Followed:
+class Follower(Protocol):
     """A property of a program that is evaluated scan by scan."""
+
+    @property
+    def declared(self) -> Declared:
+        """Return the property as it was declared."""
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Return the variables that the property names."""
+
+    @property
+    def has_before(self) -> bool:
+        """Return whether the property compares with values of an earlier scan."""
+
+    def scan(self, now_us: int) -> bool:
+        """Evaluate a scan, and return whether the property is newly broken in it."""
+
+    def forget(self) -> None:
+        """Reset the memory, because the program starts again."""
+
+    def told(self, program: Program) -> str:
+        """Return what is wrong, in words."""
+
+    def snapshot(self) -> object:
+        """Return the memory of the property."""
+
+    def restore(self, snapshot: Any) -> None:
+        """Restore a state that `snapshot` returned."""
+
+    def memory(self, now_us: int) -> Hashable:
+        """Return the memory without absolute times; equal memory has equal effects."""
+
+    def remember(self, memory: Any, now_us: int) -> None:
+        """Restore a state that `memory` returned, as of `now_us`."""
+
+
+class Followed:
+    """A condition that always holds or must hold within a time, evaluated scan by scan."""
 
     def __init__(self, declared: Declared, that: _Asked, after: _Asked | None) -> None:
         self.declared, self._that, self._after = declared, that, after
@@ -288,8 +356,7 @@ class Followed:
 
     def snapshot(self) -> object:
         """Return the memory of the property."""
-        before = [one and one.condition and one.condition.before for one in self._both()]
-        return self._broken, self._due_us, self._was, before
+        return self._broken, self._due_us, self._was, self._then()
 
     def restore(self, snapshot: Any) -> None:
         """Restore a state that `snapshot` returned."""
@@ -297,6 +364,19 @@ class Followed:
         for one, then in zip(self._both(), before, strict=True):
             if one is not None and one.condition is not None:
                 one.condition.before = then
+
+    def memory(self, now_us: int) -> Hashable:
+        """Return the memory without absolute times; equal memory has equal effects."""
+        left_us = None if self._due_us is None else self._due_us - now_us
+        return left_us, self._was, tuple(self._then())
+
+    def remember(self, memory: Any, now_us: int) -> None:
+        """Restore a state that `memory` returned, as of `now_us`."""
+        left_us, was, before = memory
+        self.restore((False, None if left_us is None else now_us + left_us, was, before))
+
+    def _then(self) -> list[Any]:
+        return [one and one.condition and one.condition.before for one in self._both()]
 
     def _both(self) -> tuple[_Asked, _Asked | None]:
         return self._that, self._after
@@ -330,7 +410,8 @@ class Judge:
         self, cell: Bench, declared: Sequence[Declared], found: Callable[[str, str], None]
     ) -> None:
         self._cell, self._found = cell, found
-        self._properties = followed(cell.program, declared, cell)
+        areas = getattr(cell, "exchanged", None)
+        self._properties = followed(cell.program, declared, cell, areas)
         cell.trace.listen(self.take)
         cell.plc.on_start.append(self._forget)
 
@@ -339,7 +420,17 @@ class Judge:
         if self._cell.ends_scan(record):
             for one in self._properties:
                 if one.scan(record.t_us):
-                    self._found(one.declared.kind, one.told(self._cell.program))
+                    self._found(one.declared.kind, self._told(one))
+            for robot in getattr(self._cell, "robots", ()):
+                if robot.machine.ports.accesses:
+                    robot.machine.ports.accesses.clear()
+
+    def _told(self, one: Follower) -> str:
+        """Return what is wrong; for what has not come in time, with what the cell waits for."""
+        text = one.told(self._cell.program)
+        late = type(one) is Followed and one.declared.within_us is not None
+        standing = waits(self._cell) if late and isinstance(self._cell, Cell) else ""
+        return f"{text}; {standing}" if standing else text
 
     def expected(self, kind: str) -> str:
         """Return the condition that a failure of this kind broke; "" if no single one did."""
@@ -366,6 +457,10 @@ class Judge:
         for one, state in zip(self._properties, snapshot, strict=True):
             one.restore(state)
 
+    def memory(self, now_us: int) -> Hashable:
+        """Return the memory of each property without absolute times."""
+        return tuple(one.memory(now_us) for one in self._properties)
+
 
 def judge_run(cell: Bench, declared: Sequence[Declared]) -> None:
     """Report broken properties as violations of a cell, in the same way as broken rules."""
@@ -378,24 +473,18 @@ def judge_run(cell: Bench, declared: Sequence[Declared]) -> None:
 
 
 def followed(
-    program: Program, declared: Sequence[Declared], cell: Bench | None = None
-) -> list[Followed]:
+    program: Program,
+    declared: Sequence[Declared],
+    cell: Bench | None = None,
+    areas: Areas | None = None,
+) -> list[Follower]:
     """Return the declared properties of a program, ready to be evaluated.
 
-    `cell` is the one that properties in Python read.
+    `cell` is the one that properties in Python read; `areas` returns the areas of the last scan.
     """
-    texts = [text for one in declared for text in (one.that, one.after) if isinstance(text, str)]
+    texts = [text for one in declared for text in one.texts]
     made = iter(_checked(program, declared, texts))
-    found = []
-    for one in declared:
-        that = _Asked(cell, one, next(made) if isinstance(one.that, str) else one.that)
-        after = None
-        if one.after is not None:
-            after = _Asked(cell, one, next(made) if isinstance(one.after, str) else one.after)
-        found.append(Followed(one, that, after))
-        for asked in filter(None, (that, after)):
-            asked.now()
-    return found
+    return [one.follow(made, program, cell, areas) for one in declared]
 
 
 def _checked(program: Program, declared: Sequence[Declared], texts: list[str]) -> list[Condition]:
@@ -404,7 +493,7 @@ def _checked(program: Program, declared: Sequence[Declared], texts: list[str]) -
         return conditions(program, texts)
     except InputError as error:
         for one in declared:
-            if error.message.startswith((f"{one.that}:", f"{one.after}:")):
+            if error.message.startswith(tuple(f"{text}:" for text in one.texts)):
                 text = f"{one.name}: {error.message}"
                 raise InputError(text, file=one.shown_file, hint=error.hint) from None
         raise

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from rcx_harness.cell import Cell, CellTimeout
 from rcx_harness.cell.stimulus import Entry
+from rcx_harness.verify.handshakes.waits import waits
 from structured_text.bench.stimulus import typed
 from structured_text.engines.conditions import Condition, conditions
 from structured_text.errors import InputError
@@ -160,6 +161,8 @@ class Operator:
                 for path in condition.paths
             )
             text = f"{expect} has not come within {format_us(within_us)}; {shown}"
+            if standing := waits(run.cell):
+                text += f"; {standing}"
             raise NotRecoveredError(text, expect) from None
 
 

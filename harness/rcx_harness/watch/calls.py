@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 from rcx_harness.robot import Violation
@@ -45,16 +46,31 @@ class CallMonitor:
         """The robot of each instance's last call."""
         self._before: frozenset[str] = frozenset()
         """The faults of the previous scan: a lasting fault is reported once."""
+        self._earlier: list[tuple[int, int]] = []
+        """Calls that were taken from the log and not judged yet."""
 
     def scan(self, t_us: int, scan: int) -> list[Violation]:
         """Judge the calls of a scan."""
         if self._log is None:
             return []
-        calls = [(key, robot) for key, robot in self._log.take() if key in self._watched]
+        taken, self._earlier = [*self._earlier, *self._log.take()], []
+        calls = [(key, robot) for key, robot in taken if key in self._watched]
         broken = dict.fromkeys(self._judge(calls))
         found = [text for text in broken if text not in self._before]
         self._before = frozenset(broken)
         return [Violation(t_us, "calls", f"plc, scan {scan}: calls: {text}") for text in found]
+
+    @contextmanager
+    def apart(self) -> Iterator[None]:
+        """Do not judge the calls inside the `with`: the program is only tried."""
+        if self._log is None:
+            yield
+            return
+        self._earlier += self._log.take()
+        try:
+            yield
+        finally:
+            self._log.take()
 
     def snapshot(self) -> object:
         """Return the memory of earlier scans."""
@@ -64,6 +80,9 @@ class CallMonitor:
         """Restore the state from `snapshot`."""
         robots, self._before = snapshot
         self._robots = dict(robots)
+
+    def begin(self) -> None:
+        """Begin after a start of the PLC; calls are not retained."""
 
     def _judge(self, calls: list[tuple[int, int]]) -> Iterator[str]:
         times = Counter(key for key, _ in calls)

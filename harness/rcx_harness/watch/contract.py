@@ -86,6 +86,11 @@ class _Instance:
         self.at_rest = not verdict and not self._may_not_last()
         return found
 
+    def begin(self, now: tuple[Any, ...]) -> None:
+        """Take over the values of `read` if an output is shown; the first scan continues it."""
+        if any(self._by_pin(now)[1:]):
+            self.before = now
+
     def _by_pin(self, values: tuple[Any, ...]) -> list[Any]:
         """Return the values in the order of `pins`, 0 for a missing pin."""
         return [0 if at is None else values[at] for at in self._at]
@@ -193,6 +198,12 @@ class ContractMonitor:
             instance.before, instance.told = state
             instance.at_rest = False
         self._seen = None
+
+    def begin(self) -> None:
+        """Begin after a start of the PLC: an instance in VAR RETAIN still shows what it showed."""
+        pins = iter(self._look())
+        for instance in self.instances:
+            instance.begin(tuple(islice(pins, len(instance.read))))
 
 
 class _Found(NamedTuple):

@@ -31,6 +31,7 @@ POINTS: dict[str, str] = {
     "sizes": "bytes per instance on matiec and STruC++",
     "scan": "what areas, idle blocks and handshakes take on matiec and STruC++",
     "speed": "the run of make demo beside real time, start of commands",
+    "programs": "a cell with its movements in the robot's program beside remote commands",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
     "language": "files of public libraries that the front end accepts (RCX_LIBRARIES)",
     "suite": "the tests: time, the ten slowest, the same results in any order and processes",

@@ -255,7 +255,7 @@ def _until(cell: Cell, condition: Callable[[Scan], object]) -> int:
         InputError: it did not become true: the bench does not measure what it should.
     """
     for _ in range(_MOST_SCANS):
-        last = next(one for one in cell.trace.latest() if isinstance(one, Scan))
+        last = next(one for one in reversed(list(cell.trace)) if isinstance(one, Scan))
         if condition(last):
             return last.t_us
         cell.scan()

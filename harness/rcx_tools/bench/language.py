@@ -24,7 +24,7 @@ from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
 from structured_text.engines.matiec.build import find_matiec
 from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
-from structured_text.language.load import check
+from structured_text.language.load import analyse
 from structured_text.projects.formats import is_project
 from structured_text.projects.open import project_sources
 from structured_text.projects.sources import named_files
@@ -81,7 +81,7 @@ def accepted(files: Sequence[Path]) -> Share:
     """
     if not files:
         raise InputError("no files to measure", hint=f"look at {_VARIABLE}")
-    errors = check(files)
+    _, errors = analyse(files)
     refused = frozenset(file for file in files if any(_is_in(file, error) for error in errors))
     reasons = Counter(_NAMES.sub("…", error.message) for error in errors)
     return Share(len(files), refused, tuple(reasons.most_common()))

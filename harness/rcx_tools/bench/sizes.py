@@ -21,8 +21,7 @@ from rcx_tools.bench.figure import Figure, Options, at_most, missing
 from structured_text.engines.matiec.build import MISSING, Matiec, find_matiec
 from structured_text.engines.matiec.source import join_sources
 from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_compiler
-from structured_text.engines.strucpp.build import Strucpp, compile_project, find_strucpp
-from structured_text.engines.strucpp.strucpp_dialect import NAMESPACE
+from structured_text.engines.strucpp.build import NAMESPACE, Strucpp, compile_project, find_strucpp
 from structured_text.errors import InputError
 from structured_text.language.load import load
 

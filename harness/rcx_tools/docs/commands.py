@@ -69,7 +69,7 @@ def _conditions(command: Command) -> str:
     if command.robot:
         texts.append(f"R = 0 is {command.robot_zero}.")
     if command.pendant:
-        texts.append("Works while the programming box has control authority, too.")
+        texts.append("Works also while the programming box has control authority.")
     texts += [f"`{a}` and `{b}` cannot both be 1." for a, b in command.exclusive]
     if command.product:
         low, high = command.product.range
@@ -101,10 +101,10 @@ def _allowed(part: Field, names: Sequence[str]) -> str:
         unit = f" [{units[value]}]" if part.by == by and value in units else ""
         groups.setdefault((limits, unit), []).append(value)
     for (limits, unit), values in groups.items():
-        where = f"where `{part.by}` is {', '.join(map(str, values))}"
+        where = f"if `{part.by}` is {', '.join(map(str, values))}"
         texts.append(where if part.type == "text" else f"{_limits(limits)}{unit} {where}")
     if by and by != part.by:
-        texts.append(", ".join(f"[{unit}] where `{by}` is {k}" for k, unit in units.items()))
+        texts.append(", ".join(f"[{unit}] if `{by}` is {k}" for k, unit in units.items()))
     unit = f"[{part.unit}]" if part.unit and not by else ""
     texts += [text for text in (unit, part.meaning) if text]
     return "; ".join(texts).replace("|", "\\|") or "any"

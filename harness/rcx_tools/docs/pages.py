@@ -106,10 +106,10 @@ def _page(title: str, source: str, body: Iterator[str]) -> str:
 
 def _blocks() -> Iterator[str]:
     yield "The page of a block shows its pins, an example with its timing chart, its errors and"
-    yield "its neighbours. Its source is one file, and the head of the file is the interface."
-    yield "The dedicated bits, codes and errors fit on one sheet for the panel:"
-    yield "[panel.html](panel.html). Blocks that only other blocks call:"
-    yield "[internal-blocks.md](internal-blocks.md).\n"
+    yield "related blocks. Each block is one source file, which begins with a description of it."
+    yield "[panel.html](panel.html) is a printed sheet for the panel, with all dedicated bits,"
+    yield "codes and errors. [internal-blocks.md](internal-blocks.md) lists blocks that only other"
+    yield "blocks call.\n"
     yield "In the column *Manual*, `chapter` is a chapter of the YAMAHA network board EtherNet/IP"
     yield "user's manual for RCX340 and RCX320, Ver. 1.31, and `guide` is a section of the remote"
     yield "command guide in the same document. `-` means that the block is this library's own.\n"
@@ -187,16 +187,16 @@ def _anchor(title: str) -> str:
 
 
 _PROCESSES = """\
-What goes over the wire, and in which order, when the library's blocks run the processes of the
-manual: its timing charts of chapter 5, link loss, and remote commands. The charts are drawn from
-runs against the virtual controller; a test draws them anew and compares.
+This page shows which signals the library's blocks exchange with the controller, and in which
+order: the timing charts of the manual's chapter 5, link loss, and remote commands. The charts are
+drawn from runs with the virtual controller; a test draws them again and compares.
 
-**Which times are whose.** When the PLC changes an input is the library's doing, and holds on any
-controller: 100 ms + `Margin` between two changes. How long the controller takes to answer is not
-in the manual; the times shown are the virtual controller's, see [fidelity.md](fidelity.md). Only
-their order counts.
+**Times of the PLC and of the controller.** The library decides when the PLC changes an input: at
+least 100 ms + `Margin` after the last change, with any controller. The manual does not say how long
+the controller takes to answer. The times shown are those of the virtual controller, see
+[fidelity.md](fidelity.md); with a real controller only the order is the same.
 
-To run one yourself, and change it:
+To run a process yourself and change it:
 
     rcx run docs/explanation/charts/servo_on.st --stimulus docs/explanation/charts/servo_on.toml
     --for 1s
@@ -228,7 +228,7 @@ def _processes() -> Iterator[str]:
         yield f"\n```iecst\n{_body(process.program)}\n```\n"
         files = ", ".join(f"[{process.name}{end}](charts/{process.name}{end})" for end in _FILES)
         order = _link("tests/tools/docs/test_processes.py")
-        yield f"- Blocks: {blocks}\n- Complete program, and what happens to it: {files}"
+        yield f"- Blocks: {blocks}\n- Complete program, and its stimulus: {files}"
         yield f"- Tests: {', '.join(map(_link, tests))}; order and intervals: {order}"
         yield f"- Manual: {process.section}"
 
@@ -252,7 +252,7 @@ def _errors() -> Iterator[str]:
 def _signals() -> Iterator[str]:
     table = spec.signals()
     yield "The dedicated bits; bits and bytes that are not listed are reserved. m is the first byte"
-    yield "of the area that the master reads, n of the one it writes."
+    yield "of the area that the master reads, n the first byte of the area that it writes."
     for title, rows in (("Controller to PLC", table.output), ("PLC to controller", table.input)):
         yield f"\n## {title}\n\n| Signal | Address | Field | Meaning |\n|---|---|---|---|"
         for row in rows:

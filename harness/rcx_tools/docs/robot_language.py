@@ -28,8 +28,8 @@ mm = [100.0, 50.0, 0.0, 0.0]
 ```
 
 `data_file = "CELL.ALL"` at the top of a robot file brings the programs, points, comments, shifts,
-hands, pallets and variables of a file with all data of a controller. What the robot file has
-itself comes first.
+hands, pallets, variables and parameters of a file with all data of a controller. What the robot
+file has itself comes first. `rcx points` reads and writes the data sections of such a file.
 
 **The vendor's programming manual has the last word.** It was not at hand. The column "Source"
 says where each statement comes from:
@@ -74,10 +74,16 @@ Each movement is the remote command of the same name, with its limits, times and
 - The next statement begins when all axes are in the OUT position range (parameter OUTPOS). `WAIT
   ARM` waits for the end. The next movement waits for the end, too. With `CONT` it begins in the
   OUT position range.
+- Several axes of one `DRIVE` or `DRIVEI` start and end together.
+- `PATH SET` begins a path at the place of the robot, or at a point. `PATH L` and `PATH C` add lines
+  and arcs with their own speeds, `PATH END` ends it. `PATH START` follows it without a stop between
+  the parts; at a corner the tool is as slow as the accelerations of the axes demand. The robot must
+  stand within OUTPOS of the start of the path, else the program gets an alarm.
 - `STOPON condition` ends a movement early. `SO(20)=1@30.0` turns an output ON when the tool has
   moved 30 mm on a line or an arc.
 - `A3=100.0{10.0,20.0}` moves in an arch with axis 3: arch position, arch distances 1 and 2.
-- A stop ends the movement. The next start repeats the statement from where the robot stands.
+- A stop ends the movement. The next start repeats the statement from where the robot stands;
+  `PATH START` follows the rest of its path.
 """
 
 _TIMES = """\
@@ -86,10 +92,51 @@ _TIMES = """\
 A task executes at most `program_statements` (100) statements in a cycle of 5 ms. A loop without a
 wait therefore slows down only itself; `rcx check` names its line.
 
+`rcx check`, `rcx run` and all other commands that read a program refuse a value of a wrong type, a
+function with a wrong number of arguments, and an array without DIM, with the line, before the
+program runs.
+
 An error, such as an undefined point or a division by 0, jumps to the label of `ON ERROR GOTO`.
 Without one it stops the programs. The alarm is in the history. It is the one of the remote
-command where there is one. The numbers 5.998 and 5.999 are not the vendor's: too many `GOSUB` in
-each other, and a value of a wrong type.
+command where there is one. The numbers 5.997 to 5.999 are not the vendor's: `PATH START` without a
+path or away from its start, too many `GOSUB` in each other, and a value of a wrong type.
+
+A program that an error has stopped is a finding: `rcx run` counts it and ends with exit code 1. An
+alarm of the controller that a stimulus has raised does not count.
+
+## A file with all data (.ALL)
+
+It is read leniently; `rcx check CELL.ALL` names what was passed over. No public file was at hand,
+so the format is assumed, too.
+
+```ini
+[PGM]
+NAME=MAIN
+MOVE P,P1
+[PNT]
+P1=100.00 50.00 0.00 0.00 0.00 0.00
+[PCM]
+PC1=PICK
+[SFT]
+S1=1.00 2.00 3.00 4.00
+[HND]
+H1=0.00 150.00 15.00 R
+[PLT]
+PL3
+NX=2 NY=3 NZ=1 PLP=100
+[PRM]
+/ACCEL/
+A1=80 A2=70
+/WEIGHTG/
+R1=1500
+[SGI]
+SGI5=50
+[SGR]
+SGR5=0.5
+```
+
+Of the parameters those of the remote command guide (4.4.2) are read: `A1=` is axis 1 of the
+controller, `R1=` robot 1.
 
 The assumed rules and their keys are in [fidelity.md](../explanation/fidelity.md), rule robot-
 language.
@@ -135,4 +182,9 @@ def _options() -> str:
 
 def _functions() -> str:
     names = ", ".join(f"`{name}`" for name in sorted(FUNCTIONS))
-    return f"## Functions\n\n{names}. Angles are in radians. `TCOUNTER` is in ms.\n"
+    return (
+        f"## Functions\n\n{names}. Angles are in radians. "
+        "`TCOUNTER` counts ms since power-on or `RESET TCOUNTER`, `TIMER` seconds since midnight. "
+        "`LOC1` is `LOCX`. `ERR` and `ERL` are the alarm (as &HGGGGCCCC) and the line of the last "
+        "error that was handled; `ERR(2)` is that of task 2.\n"
+    )

@@ -17,33 +17,33 @@ _HEAD = """\
 
 # Robots
 
-Without further ado the virtual controller moves a robot whose axes are X, Y, Z and R themselves. A
-line in the robot file gives it the arms of a real one:
+By default the axes of the virtual robot are X, Y, Z and R themselves. One line in the robot file
+gives it the arms of a real model:
 
 ```toml
 robot = "YK400XE"                       # robot 1; ["YK400XE", "SXYX"] is robot 1 and 2
 
-[[axes]]                                # axis 1: what is left out is the model's
+[[axes]]                                # axis 1: missing keys come from the model
 start = 130000
 
 [[axes]]                                # axis 2
 start = 200000
 
 [parameters]
-WEIGHTG = 1500                          # the load in g: it makes the axes slower
+WEIGHTG = 1500                          # the load in g; it makes the axes slower
 
 [points.1]
 mm = [150.0, 240.0, 30.0, 0.0]
 hand = 1                                # right-handed
 ```
 
-Tables `[[axes]]` change the model's axes in their order, further ones are axes of their own. All
-other keys are those of [files.md](files.md). `rcx new FOLDER --robot YK400XE` begins a project
-with one.
+Tables `[[axes]]` change the model's axes in their order. Further `[[axes]]` tables add axes. All
+other keys are in [files.md](files.md). `rcx new FOLDER --robot YK400XE` creates a project with this
+robot.
 
 ## Models
 
-Lengths in mm, angles in degrees, speeds per second. Ranges are the soft limits.
+Lengths are in mm, angles in degrees, speeds per second. Ranges are the soft limits.
 
 | Model | Arms | X | Y | Z | R | Speed X, Y | Z | R | Load | Source |
 |---|---|---|---|---|---|---|---|---|---|---|"""
@@ -51,25 +51,26 @@ Lengths in mm, angles in degrees, speeds per second. Ranges are the soft limits.
 _COORDINATES = """\
 ## Where it goes
 
-- X points to the right, Y to the front, **Z downwards**, as the controller counts it: at 0 degrees
-  of axes 1 and 2 the arms are stretched along Y, positive angles turn from X to Y, seen from
-  above. R is the sum of the three angles and 90 degrees. A real robot's standard coordinates may
-  be taught otherwise.
-- Right-handed is axis 2 positive: the elbow lies to the right of the line from the base to the
-  hand. The arm status tells how the arm really stands. A position in millimetres without a hand
-  system is taken with the arm designation; on lines and arcs, by jog and in relative movements the
-  arm stays as it is.
-- PTP: each joint turns evenly, and the tool goes on the curve that comes of it. Lines and arcs are
-  lines and arcs of the tool. Arch: the arch axis as the manual says, the other joints evenly.
-- The tool is at the end of the selected hand: on the R axis it turns with R; beside it the hand is
-  another arm 2, data 1 its angle in pulses of axis 2, data 2 what it is longer, data 3 its depth.
+- X points to the right, Y to the front, and **Z downwards**, as the controller counts it. At 0
+  degrees of axes 1 and 2 the arms are stretched along Y. Seen from above, positive angles turn from
+  X to Y. R is the sum of the three angles and 90 degrees. The standard coordinates of a real robot
+  may be taught differently.
+- Right-handed means that axis 2 is positive: the elbow is to the right of the line from the base to
+  the hand. The arm status shows the present pose of the arm. A position in millimetres without a
+  hand system uses the arm designation. On lines and arcs, by jog and in relative movements the arm
+  does not change.
+- PTP: each joint turns evenly, and the path of the tool follows from this. Lines and arcs are lines
+  and arcs of the tool. Arch: the arch axis moves as the manual says, the other joints evenly.
+- The tool is at the end of the selected hand. A hand on the R axis turns with R. Any other hand
+  replaces arm 2: data 1 is its angle in pulses of axis 2, data 2 its additional length, data 3 its
+  depth.
 
-| What is asked for | Alarm | Knob |
+| Movement | Alarm | Setting |
 |---|---|---|"""
 
 _ALARMS = (
     ("a target beyond a soft limit", "", "none: manual, 1.1"),
-    ("a place that the arms do not reach", "out_of_reach_alarm", ""),
+    ("a position out of reach of the arms", "out_of_reach_alarm", ""),
     ("a line or an arc with axis 2 nearer to stretched than `outer_angle` (3 degrees)",
      "outer_range_alarm", ""),
     ("a line or an arc from right-handed to left-handed", "to_left_alarm", ""),
@@ -80,46 +81,47 @@ _ALARMS = (
 _LAW = """\
 ## How fast it gets there
 
-One law for all types and axes. In words: an axis has the force of its motor's power at its highest
-speed, times a factor; with that it moves the load, and itself, a share of the largest load that it
-is built for:
+One law holds for all types and axes. An axis has the force of its motor's power at its highest
+speed, times a factor. With this force it moves the load and its own mass. Its own mass is a share
+of the largest load that it is built for:
 
     acceleration = {factor} * (power / speed) / ({share} * largest load + load)
 
-Of an arm it is the acceleration of its stretched end, of R the turning one with the largest moment
-of inertia in place of the largest load. Both figures were fitted to the standard cycle times of
-{names}: the smallest, the middle and the largest arm of five. The other two were held out.
+For an arm this is the acceleration of its stretched end. For R it is the angular acceleration, with
+the largest moment of inertia instead of the largest load. The factor and the share were fitted to
+the standard cycle times of {names}:
+the smallest, the middle and the largest arm of five. The other two were held out.
 
-**The cycle**: 25 mm up, 300 mm across, 25 mm down, and back, in arch motion with the catalogue's
-load. What the catalogue leaves open is ours: across the front, as far from the base as the hand is
-with the arms at a right angle, R as it is, arch distances 0 (all axes start and arrive together),
-100 % speed. *Planned* is the time of both movements, *measured* that of the remote commands in
-virtual time, in cycles of 5 ms.
+**The cycle** is 25 mm up, 300 mm across, 25 mm down, and back, in arch motion with the catalogue's
+load. We chose the details that are not in the catalogue. The movement is across the front. Its
+distance from the base is that of the hand with the arms at a right angle. R does not change, and
+the arch distances are 0 (all axes start and arrive together). The speed is 100 %. *Planned* is the
+time of both movements. *Measured* is the time of the remote commands in virtual time, in cycles of
+5 ms.
 
 | Model | Load [kg] | Catalogue [s] | Planned [s] | Measured [s] | Difference | |
 |---|---|---|---|---|---|---|"""
 
 _CHOICES = """\
 
-Had it been fitted to another three of the five, the two that are left would have been met so (a
-factor of 12 and a share of 3 are where the search ends):
+The table shows the result of a fit to any other three of the five models (the search ends at a
+factor of 12 and a share of 3):
 
 | Fitted to | Factor | Share | Largest error of the two held out |
 |---|---|---|---|"""
 
 _LIMITS = """\
 
-So it holds between models that it knows, less beyond them: without the smallest or the largest arm
-the error of the one left out grows. A movement in your cell will differ from the model's; the
-order of things and their alarms are what to test with it.
+So the law is good between the fitted models, and less good beyond them: without the smallest or the
+largest arm, the error of that arm grows. A movement in your cell will take another time than in the
+model. Use it to test the order of events and the alarms.
 
 ## What is not there
 
-Flexing arms, settling, and the acceleration that a real controller reduces by its own tables;
-collisions; the type number that the system configuration answers (`robot_type` of the axes). Which
-of these figures are public and which assumed: [fidelity.md](../explanation/fidelity.md),
-`robot-figures` and the
-rows after it."""
+The model does not contain flexing arms, settling, collisions, and the tables by which a real
+controller reduces the acceleration. It does not set the type number in the answer of the system
+configuration (`robot_type` of the axes). [fidelity.md](../explanation/fidelity.md), `robot-figures`
+and the rows after it, shows which of these figures are public and which are assumed."""
 
 
 def robots_page() -> str:
@@ -136,9 +138,9 @@ def _lines() -> Iterator[str]:
     yield from (f"{number}. {source}." for number, source in enumerate(sources, 1))
     yield ""
     yield from (f"- {model.name}: {model.also}" for model in models.values() if model.also)
-    yield "- Speeds of axes 1 and 2 of a SCARA robot: the sources give one of both together, the"
-    yield "  model shares it out as YK510XEC, YK610XEC and YK710XEC do: they differ in arm 1 alone."
-    yield "  Where no source gives pulses, an axis has those of the YK400XE's per degree or mm.\n"
+    yield "- Speeds of axes 1 and 2 of a SCARA robot: the sources give one speed of both together."
+    yield "  The model divides it as YK510XEC, YK610XEC and YK710XEC do: they differ only in arm 1."
+    yield "  If no source gives pulses, an axis has the pulses per degree or mm of the YK400XE.\n"
     yield _COORDINATES
     config = RobotConfig()
     for asked, knob, instead in _ALARMS:

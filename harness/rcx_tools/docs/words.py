@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from structured_text.export.refused import tools
-from structured_text.export.words import Form, Words, words
+from structured_text.export.words import FOLDER, Form, Words, words
 from structured_text.language.constructs import CONSTRUCTS
+from structured_text.output.toml_files import load_toml
 
-__all__ = ["words_page"]
+__all__ = ["entry_sources", "words_page"]
 
 _ABOUT = """\
 What `rcx export` writes for a function, a block or an operator of IEC 61131-3, and what says that
@@ -34,7 +35,7 @@ def words_page() -> Iterator[str]:
     yield _ABOUT
     for name, title in _LISTS.items():
         yield f"\n## {title}\n"
-        yield from _list(words(name))
+        yield from _list(words(name), entry_sources(name))
     yield from _constructs()
 
 
@@ -67,31 +68,38 @@ def _constructs() -> Iterator[str]:
     yield from (f"{number}. {source}" for source, number in numbers.items())
 
 
-def _list(found: Words) -> Iterator[str]:
-    letters = {source: chr(ord("a") + at) for at, source in enumerate(_in_order(found))}
+def entry_sources(name: str) -> dict[str, str]:
+    """Return the source of each entry of a list, by section and key."""
+    content = load_toml(FOLDER / f"{name}.toml")
+    return {
+        f"{section}.{key}": content["sources"][origin]
+        for section in ("language", "functions", "blocks", "instructions")
+        for key, (_, origin) in content.get(section, {}).items()
+    }
+
+
+def _list(found: Words, sources: dict[str, str]) -> Iterator[str]:
+    in_order = dict.fromkeys(sources.values())
+    letters = {source: chr(ord("a") + at) for at, source in enumerate(in_order)}
     yield "| IEC 61131-3 | written as | source |"
     yield "|---|---|---|"
-    for forms in (found.functions, found.blocks):
+    for section, forms in (("functions", found.functions), ("blocks", found.blocks)):
         for key, form in forms.items():
-            yield f"| {key} | `{_form(form)}` | {letters[form.source]} |"
-    for form in found.instructions.values():
-        yield f"| (instruction) | `{_form(form)}` | {letters[form.source]} |"
+            yield f"| {key} | `{_form(form)}` | {letters[sources[f'{section}.{key}']]} |"
+    for key, form in found.instructions.items():
+        yield f"| (instruction) | `{_form(form)}` | {letters[sources[f'instructions.{key}']]} |"
     for what, listed in (
         ("`X_TO_Y` among", found.conversions),
         ("operators", found.operators),
         ("statements", found.statements),
     ):
         section = {"`X_TO_Y` among": "conversions"}.get(what, what)
-        letter = letters[found.sources[f"language.{section}"]]
+        letter = letters[sources[f"language.{section}"]]
         yield f"| {what} | {' '.join(f'`{one}`' for one in listed)} | {letter} |"
     for key, instead in found.instead.items():
         yield f"| not there: {key} | write {instead} | |"
     yield ""
     yield from (f"- {letter}: {source}" for source, letter in letters.items())
-
-
-def _in_order(found: Words) -> list[str]:
-    return list(dict.fromkeys(found.sources.values()))
 
 
 def _form(form: Form) -> str:

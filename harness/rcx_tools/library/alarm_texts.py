@@ -32,7 +32,8 @@ _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
 _ERROR_BLOCKS = {
     "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
     "InputErrorText": ("errors of inputs and tables", range(0x8021, 0x8058)),
-    "WorkErrorText": ("errors of parts, points and panels", range(0x8058, 0x8100)),
+    "WorkErrorText": ("errors of parts, points and panels", range(0x8058, 0x8080)),
+    "CallErrorText": ("errors of jobs for a robot program", range(0x8080, 0x8100)),
 }
 
 _HEXADECIMAL = "0123456789ABCDEFabcdef"
@@ -111,7 +112,7 @@ def _block(
     head: Sequence[str],
     inputs: Sequence[str],
     body: Sequence[str],
-    text: str = "empty at the call",
+    text: str = "must be empty at the call",
     tests: str = _TESTS,
 ) -> str:
     comment = ["(*", *(f" * {line}".rstrip() for line in head), " *", f" * Tests: {tests}", " *)"]
@@ -125,7 +126,8 @@ def _block(
 
 def _alarm_block(name: str, language: str) -> str:
     head = [
-        f"{name}: the alarms that the manual names, and 4.202, in {language} (chapter 4, 4).",
+        f"{name}: look up the {language} texts of the alarms of the manual, and of 4.202",
+        "(chapter 4, 4).",
         *("", f"Part of FB_AlarmText. Generated from {_ALARMS} by `make docs`."),
     ]
     body = ["CASE WORD_TO_INT(Group) OF"]
@@ -143,7 +145,8 @@ def _error_block(kind: str, language: str) -> str:
     name = f"FB_Rcx{kind}{language}"
     what, numbers = _ERROR_BLOCKS[kind]
     head = [
-        f"{name}: {what}, in {language} (errors.md).",
+        f"{name}: look up the {language} texts of {what}",
+        "(errors.md).",
         *("", f"Part of FB_ErrorText. Generated from {_ERRORS} by `make docs`."),
     ]
     body = ["CASE Number OF"]
@@ -158,8 +161,9 @@ def _error_block(kind: str, language: str) -> str:
 def _panel_block(language: str) -> str:
     name, suffix = f"FB_RcxPanelText{language}", LANGUAGES[language]
     head = [
-        f"{name}: cause and remedy for an operator, in {language} (errors.md).",
-        *("", "Part of FB_RcxPanelMessage: in place of the words for the programmer."),
+        f"{name}: look up cause and remedy for an operator, in {language} (errors.md).",
+        "",
+        "Part of FB_RcxPanelMessage, which shows these texts instead of those for programmers.",
         f"Generated from {_ERRORS} by `make docs`.",
     ]
     body = ["CASE Number OF"]
@@ -172,14 +176,14 @@ def _panel_block(language: str) -> str:
             body.append(f"    Text.{key.capitalize()}1 := {literal(first)};")
             body.append(f"    Text.{key.capitalize()}2 := {literal(second)};")
     inputs = ["Number : INT;  (* lower byte of the ErrorID *)"]
-    return _block(name, head, inputs, [*body, "END_CASE;"], "of the ErrorID", _PANEL_TESTS)
+    return _block(name, head, inputs, [*body, "END_CASE;"], "texts of the ErrorID", _PANEL_TESTS)
 
 
 def _command_names() -> str:
     rows = [(str(code), command.name, f"16#{code:03X}") for code, command in _named_commands()]
     about = [
-        "FC_CommandName: the name of a remote command, as in docs/reference/commands.md (guide 3).",
-        "Empty for a code that is none; the robot number does not matter.",
+        "FC_CommandName: return the name of a remote command (guide 3), see reference/commands.md.",
+        "Empty for an unknown code; the robot number is ignored.",
         "Generated from spec/remote_commands.toml by `make docs`.",
     ]
     inputs = ["Code : WORD;  (* with the robot number in bits 15-12 *)"]
@@ -189,8 +193,8 @@ def _command_names() -> str:
 
 def _signal_names() -> str:
     about = [
-        "FC_SignalName: the manual's name of a dedicated bit (chapter 5, 2).",
-        "Empty for a number that is reserved.",
+        "FC_SignalName: return the manual's name of a dedicated bit (chapter 5, 2).",
+        "Empty for a reserved number.",
         "Generated from spec/signals.toml by `make docs`.",
     ]
     inputs = [

@@ -11,7 +11,7 @@ from rcx_harness.spec.telegram import Command
 from rcx_tools.library.answer import answer
 from rcx_tools.library.checks import checks
 from rcx_tools.library.packing import packing
-from rcx_tools.library.st import case, indent, named, word
+from rcx_tools.library.st import WIDTH, case, indent, named, word
 from rcx_tools.library.tables import Array, Block, Enumeration, Input, Library, library
 
 __all__ = ["files"]
@@ -139,7 +139,7 @@ def _code(block: Block, tables: Library) -> list[str]:
 
 
 def _inputs(block: Block, command: Command) -> list[_Row]:
-    rows = [("Execute", "BOOL", "rising edge starts; may fall at once")]
+    rows = [("Execute", "BOOL", "rising edge starts; may go FALSE at once")]
     if command.robot:
         rows.append(("RobotNumber", "INT", f"1 to 4; 0 = {command.robot_zero}"))
     for pin in (*([block.select] if block.select else []), *block.inputs):
@@ -155,13 +155,13 @@ def _type(pin: Input) -> str:
 
 def _outputs(block: Block) -> list[_Row]:
     return [
-        ("Done", "BOOL", f"{block.done}; kept while Execute"),
-        ("Busy", "BOOL", "under way, or waiting for its turn; keep calling"),
-        ("Active", "BOOL", "its turn: it holds the command words"),
-        ("Error", "BOOL", "refused, abnormal end, timeout or link; see ErrorID"),
+        ("Done", "BOOL", f"{block.done}; TRUE until Execute is FALSE"),
+        ("Busy", "BOOL", "running, or waiting for the turn; call in every scan"),
+        ("Active", "BOOL", "this block has the turn and uses the command words"),
+        ("Error", "BOOL", "refused, abnormal end, timeout or lost link; see ErrorID"),
         ("ErrorID", "WORD", "docs/reference/errors.md; 16#0000 = none"),
-        ("AlarmGroup", "WORD", "of an abnormal end: 12 of 12.600; otherwise 0"),
-        ("AlarmCategory", "WORD", "of an abnormal end: 600 of 12.600; otherwise 0"),
+        ("AlarmGroup", "WORD", "after an abnormal end: 12 of alarm 12.600; else 0"),
+        ("AlarmCategory", "WORD", "after an abnormal end: 600 of alarm 12.600; else 0"),
         *((pin.pin, pin.type, pin.comment) for pin in block.outputs),
     ]
 
@@ -169,8 +169,8 @@ def _outputs(block: Block) -> list[_Row]:
 def _inner(body: str) -> list[_Row]:
     every = (
         ("Job", "FB_RcxJob", ""),
-        ("Data", "RCX_WORDS", "held from the rising edge on"),
-        ("Refused", "WORD", "ErrorID of an input that is not legal"),
+        ("Data", "RCX_WORDS", "constant from the rising edge of Execute"),
+        ("Refused", "WORD", "ErrorID of an illegal input"),
         ("Number", "DINT", ""),
         ("k", "INT", ""),
     )
@@ -185,6 +185,8 @@ def _declared(rows: Sequence[_Row]) -> list[str]:
     for name, kind, comment in rows:
         text = f"    {name:<{width}} : {kind};"
         if comment:
-            text = f"{text:<{column - 2}}  (* {comment} *)"
+            remark = f"(* {comment} *)"
+            begin = min(column, WIDTH - len(remark))  # a long comment begins further left
+            text = f"{text:<{begin - 2}}  {remark}"
         lines.append(text)
     return lines

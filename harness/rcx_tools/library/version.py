@@ -17,10 +17,10 @@ _BELOW = 100
 
 _TEXT = """\
 (*
- * FC_LibraryVersion: which version of these blocks runs.
+ * FC_LibraryVersion: return the version of these blocks.
  *
- * No section: this library's own. Put it into a DINT that your panel shows. Before 1.0 a new
- * minor number, then a new major one, says that a pin has changed.
+ * No section: this library's own. Write the result to a DINT that your panel shows. A changed pin
+ * raises the minor number before version 1.0, and the major number after it.
  *
  * Generated from pyproject.toml by `make docs`.
  *

@@ -49,9 +49,14 @@ def example_jobs() -> dict[str, dict[str, Any]]:
 
 @cache
 def block_jobs() -> dict[str, dict[str, Any]]:
-    """Return the examples of the blocks' pages, by the name of the block."""
+    """Return the examples of the blocks' pages, by the name of the block.
+
+    Those whose robot has programs in files are left out.
+    """
     found = {}
     for name, snippet in snippets().items():
+        if snippet.robot != _ROBOT.name:
+            continue  # it has files of its own beside it
         moments = _moments(Stimulus.load(snippet.stimulus_path).entries)
         last = max([START_US, *(t_us for t_us, _ in moments)])
         found[name] = {

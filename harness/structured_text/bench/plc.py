@@ -23,6 +23,9 @@ class Monitor(Protocol):
     def restore(self, snapshot: Any) -> None:
         """Restore the state from `snapshot`."""
 
+    def begin(self) -> None:
+        """Begin with the variables as they are: the PLC starts, and has kept VAR RETAIN."""
+
 
 class Plc:
     """A program with the state of its PLC and the monitors that watch it.
@@ -83,6 +86,7 @@ class Plc:
             program.write(path, value)
         for monitor, quiet in self._monitors:
             monitor.restore(quiet)
+            monitor.begin()
 
     def snapshot(self) -> object:
         """Return the state of monitors and PLC, without that of the program."""

@@ -114,10 +114,6 @@ class Trace(Generic[_R]):
         """Iterate over the records in memory, oldest first."""
         return iter(self._kept)
 
-    def latest(self) -> Iterator[_R]:
-        """Yield the records in memory, newest first."""
-        yield from reversed(self._kept)
-
     def __len__(self) -> int:
         return len(self._kept)
 

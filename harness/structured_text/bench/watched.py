@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
+from fnmatch import fnmatchcase
 from itertools import islice, product
 
 from structured_text.engines.base import Program, Value
@@ -148,27 +149,9 @@ def _fits_part(path: str, part: re.Match[str]) -> bool:
 
 
 def is_like(pattern: str, name: str) -> bool:
-    """Return whether a name matches a pattern with `*` and `?`.
-
-    The algorithm remembers the last `*` only and returns to it after a mismatch. Its time is at
-    most proportional to the product of both lengths; a regular expression could take exponential
-    time.
-    """
-    wanted, given = pattern.strip().upper(), name.upper()
-    at = place = 0
-    star, begin = -1, 0  # the last *, and the start of the text after it
-    while place < len(given):
-        if at < len(wanted) and wanted[at] == "*":
-            star, begin = at, place
-            at += 1
-        elif at < len(wanted) and wanted[at] in ("?", given[place]):
-            at, place = at + 1, place + 1
-        elif star >= 0:
-            begin += 1
-            at, place = star + 1, begin
-        else:
-            return False
-    return not wanted[at:].strip("*")
+    """Return whether a name matches a pattern with `*` and `?`."""
+    wanted = pattern.strip().upper().replace("[", "[[]")
+    return fnmatchcase(name.upper(), wanted)
 
 
 def _nothing(pattern: str, part: re.Match[str], there: Sequence[_Found]) -> InputError:

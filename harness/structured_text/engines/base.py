@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
 
+from structured_text.language.paths import walk
+from structured_text.language.project import Project
 from structured_text.language.types import Located, Type
 
-__all__ = ["CallLog", "Program", "Value"]
+__all__ = ["CallLog", "OfProject", "Program", "Value"]
 
 #: BOOL is bool, integers and bit strings int, REAL and LREAL float, STRING str,
 #: TIME datetime.timedelta, an enumeration its member's name; arrays are lists (nested
@@ -29,6 +31,24 @@ class CallLog(Protocol):
 
         Each call is a pair: the key of the instance, and the key of its VAR_IN_OUT variable or 0.
         """
+
+
+class OfProject:
+    """The part of a program that depends only on its checked project."""
+
+    project: Project
+
+    def instances(self) -> Mapping[str, Type]:
+        """Return the program instances by name, each with its BlockType."""
+        return dict(self.project.instances)
+
+    def walk(self) -> Iterator[tuple[str, Type]]:
+        """Yield every variable of the program instances and every global one, parents first."""
+        return walk(self.project)
+
+    def located(self) -> list[Located]:
+        """Return the directly represented variables in order of declaration."""
+        return list(self.project.located)
 
 
 @runtime_checkable

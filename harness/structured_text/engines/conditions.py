@@ -3,10 +3,9 @@
 A condition names variables by their paths: `NOT (Main.Gripper AND Main.State = CELL_MOVING)`.
 The front end checks it. The built-in engine evaluates it, whatever engine runs the program.
 
-Each path is replaced by a variable of a small generated program. That program has an IF for each
-condition. To evaluate a condition, the values are copied from the running program, the number
-of the condition is selected, and the generated program is scanned once. The results are cached by
-the values.
+Each path is replaced by a variable of a small generated program, one for each condition. To
+evaluate the condition, the values are copied from the running program, and the generated program is
+scanned once. The results are cached by the values.
 """
 
 from __future__ import annotations
@@ -45,41 +44,26 @@ class Condition:
         text: The condition as the user wrote it.
         paths: The variables that it names.
         has_before: Whether it contains a `BEFORE(...)`.
+        before_paths: The variables inside `BEFORE(...)`, in their order.
+        before: The values of these that `mark` saved; they can be set again.
     """
 
-    def __init__(
-        self, text: str, number: int, program: Program, paths: list[str], then: list[str]
-    ) -> None:
+    def __init__(self, text: str, program: Program, evaluator: _Evaluator) -> None:
+        paths, then = evaluator.paths, evaluator.then
         self.text = text
         self.paths = tuple(dict.fromkeys([*paths, *then]))
-        self._number = number
-        self._look, self._look_then = program.reader(paths), program.reader(then)
-        self._names: list[str] = []
-        self._evaluator: BuiltinProgram | None = None
-        self._then: tuple[Value, ...] = ()
-        self._known: dict[tuple[Value, ...], bool] = {}
+        self.before: tuple[Value, ...] = ()
         self.has_before = bool(then)
-        """Whether the text contains a `BEFORE(...)`."""
-        self._before_paths = then
-
-    def evaluated_by(self, evaluator: BuiltinProgram, names: list[str]) -> None:
-        """Set the program that evaluates the condition, and the names of its variables there."""
-        self._evaluator, self._names = evaluator, names
+        self.before_paths = tuple(then)
+        self._look, self._look_then = program.reader(paths), program.reader(then)
+        self._evaluator = evaluator
+        self._known: dict[tuple[Value, ...], bool] = {}
         self.mark()
 
     def mark(self) -> None:
         """Take the current values as those of `BEFORE(...)`."""
         if self.has_before:
-            self._then = self._look_then()
-
-    @property
-    def before(self) -> tuple[Value, ...]:
-        """Return the values that `mark` saved; they can be set again."""
-        return self._then
-
-    @before.setter
-    def before(self, then: tuple[Value, ...]) -> None:
-        self._then = then
+            self.before = self._look_then()
 
     def holds(self) -> bool:
         """Return whether the condition holds now.
@@ -87,7 +71,7 @@ class Condition:
         Raise InputError if the condition cannot be evaluated: a division by 0, or a number out of
         its range.
         """
-        values = self._look() + self._then
+        values = self._look() + self.before
         known = self._known.get(values)
         if known is None:
             known = self._evaluate(values)
@@ -96,11 +80,9 @@ class Condition:
         return known
 
     def _evaluate(self, values: tuple[Value, ...]) -> bool:
-        program = self._evaluator
-        assert program is not None
-        for name, value in zip(self._names, values, strict=True):
+        program = self._evaluator.program
+        for name, value in zip(self._evaluator.names, values, strict=True):
             program.write(f"Main.{name}", value)
-        program.write("Main.HarnessWhich", self._number)
         try:
             program.scan(0)
         except InputError as error:
@@ -109,13 +91,8 @@ class Condition:
 
     def fixed(self, literals: Sequence[str]) -> str:
         """Return the text with literals for each `BEFORE(...)`, in the order of `before_paths`."""
-        values = dict(zip(self._before_paths, literals, strict=True))
+        values = dict(zip(self.before_paths, literals, strict=True))
         return _TOKEN.sub(lambda one: values[one["then"]] if one["then"] else one[0], self.text)
-
-    @property
-    def before_paths(self) -> tuple[str, ...]:
-        """Return the variables inside `BEFORE(...)`, in their order."""
-        return tuple(self._before_paths)
 
 
 def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
@@ -129,57 +106,50 @@ def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
         texts: Expressions of type BOOL: variables by path, literals, members of enumerations,
             operators and standard functions. `BEFORE(path)` is the value at `Condition.mark`.
     """
-    made: list[Condition] = []
-    kinds: dict[str, Type] = {}
-    bodies: list[str] = []
-    names: list[list[str]] = []
-    for number, text in enumerate(texts):
-        try:
-            body, paths, then = _with_names(text, program, kinds)
-        except InputError as error:
-            raise InputError(f"{text}: {error.message}", hint=error.hint) from None
-        made.append(Condition(text, number, program, paths, then))
-        places = list(kinds)
-        names.append(
-            [f"HarnessValue{places.index(path)}" for path in paths]
-            + [f"HarnessBefore{places.index(path)}" for path in then]
-        )
-        bodies.append(body)
-        _compiled([body], [number], kinds, text)  # alone: an error names its condition
-    if made:
-        evaluator = _compiled(bodies, range(len(bodies)), kinds, "")
-        for one, own in zip(made, names, strict=True):
-            one.evaluated_by(evaluator, own)
-    return made
+    return [Condition(text, program, _Evaluator(text, program)) for text in texts]
 
 
-def _with_names(
-    text: str, program: Program, kinds: dict[str, Type]
-) -> tuple[str, list[str], list[str]]:
-    """Replace each path in the expression by a generated variable.
+class _Evaluator:
+    """The generated program of a condition.
 
-    Returns:
-        The new expression, the paths, and the paths inside `BEFORE(...)`.
+    Attributes:
+        paths: The variables that the condition names.
+        then: The variables inside `BEFORE(...)`.
+        names: The names in the generated program for both.
+        program: The generated program.
     """
-    paths: list[str] = []
-    then: list[str] = []
 
-    def put(one: re.Match[str]) -> str:
-        if one["before"]:
-            kinds.setdefault(one["then"], _kind(program, one["then"]))
-            then.append(one["then"])
-            return f"HarnessBefore{list(kinds).index(one['then'])}"
-        path = one["path"]
-        if path is None or not _is_path(program, path):
+    def __init__(self, text: str, running: Program) -> None:
+        self.paths: list[str] = []
+        self.then: list[str] = []
+        self._running = running
+        self._kinds: dict[str, Type] = {}
+        try:
+            if not text.strip():
+                raise InputError(
+                    "the condition is empty", hint='write it as "Main.State = CELL_READY"'
+                )
+            self.program = _compiled(_TOKEN.sub(self._replaced, text), self._kinds)
+        except InputError as error:
+            places = list(self._kinds)
+            said = _OURS.sub(lambda one: places[int(one[1])], error.message)
+            raise InputError(f"{text}: {said}", hint=error.hint) from None
+        self.names = [self._name("Value", path) for path in self.paths]
+        self.names += [self._name("Before", path) for path in self.then]
+
+    def _name(self, kind: str, path: str) -> str:
+        return f"Harness{kind}{list(self._kinds).index(path)}"
+
+    def _replaced(self, one: re.Match[str]) -> str:
+        """Return the name of a generated variable for a path; any other token as it is."""
+        path = one["then"] or one["path"]
+        if path is None or (not one["then"] and not _is_path(self._running, path)):
             return one[0]
-        kinds.setdefault(path, _kind(program, path))
-        if path not in paths:
-            paths.append(path)
-        return f"HarnessValue{list(kinds).index(path)}"
-
-    if not text.strip():
-        raise InputError("the condition is empty", hint='write it as "Main.State = CELL_READY"')
-    return _TOKEN.sub(put, text), paths, list(dict.fromkeys(then))
+        self._kinds.setdefault(path, _kind(self._running, path))
+        found = self.then if one["then"] else self.paths
+        if path not in found:
+            found.append(path)
+        return self._name("Before" if one["then"] else "Value", path)
 
 
 def _is_path(program: Program, path: str) -> bool:
@@ -202,32 +172,15 @@ def _kind(program: Program, path: str) -> Type:
     return kind
 
 
-def _compiled(
-    bodies: Sequence[str], numbers: Sequence[int], kinds: dict[str, Type], text: str
-) -> BuiltinProgram:
-    lines = [
-        *_types(kinds),
-        "PROGRAM HarnessConditions",
-        "VAR",
-        "HarnessWhich : INT;",
-        "HarnessHolds : BOOL;",
-    ]
+def _compiled(body: str, kinds: dict[str, Type]) -> BuiltinProgram:
+    lines = [*_types(kinds), "PROGRAM HarnessConditions", "VAR", "HarnessHolds : BOOL;"]
     for number, kind in enumerate(kinds.values()):
         lines += [f"HarnessValue{number} : {kind.name};", f"HarnessBefore{number} : {kind.name};"]
-    lines.append("END_VAR")
-    for number, body in zip(numbers, bodies, strict=True):
-        lines.append(f"IF HarnessWhich = {number} THEN HarnessHolds := ({body}); END_IF;")
-    lines.append("END_PROGRAM")
-    try:
-        return _evaluator("\n".join(lines) + "\n")
-    except InputError as error:
-        places = list(kinds)
-        said = _OURS.sub(lambda one: places[int(one[1])], error.message)
-        raise InputError(f"{text}: {said}", hint=error.hint) from None
+    return _built("\n".join([*lines, "END_VAR", f"HarnessHolds := ({body});", "END_PROGRAM", ""]))
 
 
 @lru_cache(maxsize=256)
-def _evaluator(text: str) -> BuiltinProgram:
+def _built(text: str) -> BuiltinProgram:
     """Return the compiled program for a text.
 
     The program has no memory, so several conditions may share it.

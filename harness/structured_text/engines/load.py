@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,13 +11,13 @@ from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.collector import collecting
 from structured_text.engines.matiec.build import MISSING, find_matiec
 from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_compiler
-from structured_text.engines.retained import retained
 from structured_text.engines.strucpp.build import MISSING_STRUCPP, find_strucpp
 from structured_text.errors import InputError
 from structured_text.language.checked import load
 from structured_text.language.compiling import uncollected
 from structured_text.language.constructs import refuse
 from structured_text.language.project import Project
+from structured_text.language.types import BlockType, Type, has_address
 
 __all__ = ["ENGINES", "Built", "build", "why_not"]
 
@@ -61,7 +61,7 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
     project = load([path if isinstance(path, Path) else Path(path) for path in paths])
     program, notice = _compiled(project, engine)
-    return Built(program, notice, retained(project))
+    return Built(program, notice, _retained(project))
 
 
 def _compiled(project: Project, engine: str) -> tuple[Program, str]:
@@ -119,3 +119,35 @@ def why_not(engine: str) -> str:
     if engine == "strucpp" and find_cxx_compiler() is None:
         return "STruC++ found, but no C++ compiler: set CXX or PATH"
     return ""
+
+
+def _retained(project: Project) -> tuple[str, ...]:
+    """Return the paths of all retained variables; a retained block gives those of its variables.
+
+    Pointers and references are left out, because the start of the program sets them.
+    """
+    found = [
+        path
+        for name, block in project.instances.items()
+        for path in _inside(name, block, whole=False)
+    ]
+    for variable in project.globals.values():
+        if variable.retain or isinstance(variable.type, BlockType):
+            found += _paths(variable.name, variable.type, whole=variable.retain)
+    return tuple(found)
+
+
+def _inside(path: str, block: BlockType, *, whole: bool) -> Iterator[str]:
+    for variable in block.variables:
+        if variable.section in ("VAR_IN_OUT", "VAR_EXTERNAL") or variable.address is not None:
+            continue
+        keeps = whole or variable.retain
+        if keeps or isinstance(variable.type, BlockType):
+            yield from _paths(f"{path}.{variable.name}", variable.type, whole=keeps)
+
+
+def _paths(path: str, kind: Type, *, whole: bool) -> Iterator[str]:
+    if isinstance(kind, BlockType):
+        yield from _inside(path, kind, whole=whole)
+    elif not has_address(kind):
+        yield path

@@ -7,7 +7,7 @@ overrides the methods for what it writes differently.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from structured_text.export.words import Words
 from structured_text.language import syntax as s
 from structured_text.language.lexer import tokens
 from structured_text.language.standard import BLOCKS, FUNCTIONS, conversion
+from structured_text.language.walk import declared
 
 __all__ = ["Body", "Scope", "variables_of"]
 
@@ -29,6 +30,9 @@ _OPEN = {"LPAR": 1, "LSQB": 1, "RPAR": -1, "RSQB": -1}
 _ENDS = ("IDENT", "LABEL", "INTEGER", "REALNUM", "STRING", "TYPED", "TRUE", "FALSE", "RPAR", "RSQB")
 _PASSED = ("VAR_INPUT", "VAR_IN_OUT")
 
+#: First and end token of a field or index, and the types before and after it.
+_Step = tuple[int, int, "s.TypeSpec | None", "s.TypeSpec | None"]
+
 
 @dataclass(frozen=True)
 class Scope:
@@ -36,13 +40,13 @@ class Scope:
 
     Attributes:
         variables: Types of its variables.
-        types: Types of the sources.
+        base: Returns the type that a named type stands for.
         pins: The inputs and VAR_IN_OUT of each block and function of the sources, in order.
         functions: The functions of the sources.
     """
 
     variables: Mapping[str, s.TypeSpec]
-    types: Mapping[str, s.TypeDecl]
+    base: Callable[[s.TypeSpec | None], s.TypeSpec | None]
     pins: Mapping[str, tuple[str, ...]]
     functions: Collection[str]
 
@@ -51,11 +55,7 @@ class Scope:
         """Return the scope of a part."""
         return Scope(
             variables_of(part.node) if isinstance(part.node, s.Pou) else {},
-            {
-                one.name.upper(): one.node
-                for one in sources.parts
-                if isinstance(one.node, s.TypeDecl)
-            },
+            sources.base,
             {
                 one.name.upper(): _pins(one.node)
                 for one in sources.parts
@@ -63,12 +63,6 @@ class Scope:
             },
             {one.name.upper() for one in sources.of("FUNCTION")},
         )
-
-    def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
-        """Return the type that a named type stands for."""
-        while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
-            spec = self.types[spec.name.key].spec
-        return spec
 
     def block(self, spec: s.TypeSpec | None) -> str:
         """Return the upper-case name of a block type; "" for another type."""
@@ -81,23 +75,13 @@ def variables_of(node: s.Pou) -> dict[str, s.TypeSpec]:
 
     A function's own name is one of them.
     """
-    found = {
-        name.key: one.spec
-        for section in node.sections
-        for one in section.variables
-        for name in one.names
-    }
+    found = {name.key: one.spec for _, one, name in declared(node.sections)}
     return found if node.result is None else {**found, node.name.key: node.result}
 
 
 def _pins(node: s.Pou) -> tuple[str, ...]:
-    return tuple(
-        name.text
-        for section in node.sections
-        if section.kind in _PASSED
-        for one in section.variables
-        for name in one.names
-    )
+    names = declared(one for one in node.sections if one.kind in _PASSED)
+    return tuple(name.text for _, _, name in names)
 
 
 class Body:
@@ -175,23 +159,29 @@ class Body:
         pieces = [self._variable(at)]
         spec = self._scope.base(self._scope.variables[self._found[at].upper()])
         at += 1
-        while self._kind(at) in ("DOT", "LSQB"):
-            block = self._scope.block(spec)
-            if self._kind(at) == "LSQB":
-                end = self._closed(at)
-                pieces.append(f"{self._gap(at)}{self._enclosed(at, end)}")
-                spec, at = spec.element if isinstance(spec, s.ArraySpec) else None, end
+        for first, end, before, after in self._steps(at, spec):
+            if self._kind(first) == "LSQB":
+                pieces.append(f"{self._gap(first)}{self._enclosed(first, end)}")
             else:
-                gaps = self._gap(at), self._gap(at + 1)
-                key = self._found[at + 1].upper()
-                pieces.append(f"{gaps[0]}.{gaps[1]}{self._pin(block, str(self._found[at + 1]))}")
-                spec, at = self._field(spec, key), at + 2
-            spec = self._scope.base(spec)
+                pin = self._pin(self._scope.block(before), str(self._found[first + 1]))
+                pieces.append(f"{self._gap(first)}.{self._gap(first + 1)}{pin}")
+            at, spec = end, after
         if self._kind(at) == "LPAR" and self._scope.block(spec):
             end = self._closed(at)
             pieces.append(f"{self._gap(at)}({self._pins(at, end, self._scope.block(spec))})")
             at = end
         return "".join(pieces), at
+
+    def _steps(self, at: int, spec: s.TypeSpec | None) -> Iterator[_Step]:
+        """Yield the fields and indices from a token on, each with the types before and after it."""
+        while self._kind(at) in ("DOT", "LSQB"):
+            if self._kind(at) == "LSQB":
+                end, after = self._closed(at), getattr(spec, "element", None)
+            else:
+                end, after = at + 2, self._field(spec, self._found[at + 1].upper())
+            after = self._scope.base(after)
+            yield at, end, spec, after
+            at, spec = end, after
 
     def _variable(self, at: int) -> str:
         return self._plain(str(self._found[at]))
@@ -332,16 +322,8 @@ class Body:
     def _type(self, at: int) -> s.TypeSpec | None:
         """Return the type of a variable, a field or an element."""
         spec = self._scope.base(self._scope.variables.get(self._found[at].upper()))
-        at += 1
-        while self._kind(at) in ("DOT", "LSQB"):
-            if self._kind(at) == "LSQB":
-                spec = spec.element if isinstance(spec, s.ArraySpec) else None
-                at = self._closed(at)
-            else:
-                spec = self._field(spec, self._found[at + 1].upper())
-                at += 2
-            spec = self._scope.base(spec)
-        return spec
+        steps = list(self._steps(at + 1, spec))
+        return steps[-1][-1] if steps else spec
 
     def _field(self, spec: s.TypeSpec | None, key: str) -> s.TypeSpec | None:
         if not isinstance(spec, s.StructSpec):

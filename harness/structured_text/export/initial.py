@@ -8,12 +8,11 @@ from itertools import groupby, product
 from typing import Any
 
 from structured_text.language.resolve import default_scalar
+from structured_text.language.scalars import DIGITS
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import array_length, scalar_to_python
 
 __all__ = ["differing", "is_scalar", "literal", "runs", "zero"]
-
-_BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
 
 
 def is_scalar(kind: Type) -> bool:
@@ -35,15 +34,15 @@ def literal(value: Any, kind: ElementaryType) -> str:
     name = kind.name
     if name == "BOOL":
         return "TRUE" if value else "FALSE"
-    if name in _BITS:
-        return f"{name}#16#{int(value):0{_BITS[name]}X}"
+    if name in DIGITS:
+        return f"{name}#16#{int(value):0{DIGITS[name]}X}"
     if name in ("REAL", "LREAL"):
         digits, mark, exponent = f"{float(value):.{9 if name == 'REAL' else 17}g}".partition("e")
         return f"{digits if '.' in digits else f'{digits}.0'}{mark.upper()}{exponent}"
     if name in ("STRING", "CHAR"):
-        return "'" + "".join(map(_character, str(value))) + "'"
+        return _quoted(str(value), "'", 2)
     if name in ("WSTRING", "WCHAR"):
-        return '"' + "".join(_wide_character(one) for one in str(value)) + '"'
+        return _quoted(str(value), '"', 4)
     if name in ("TIME", "LTIME"):
         ms, rest = divmod(abs(int(value)), 1_000_000)
         digits = f"{ms}.{rest:06d}".rstrip("0") if rest else str(ms)
@@ -82,13 +81,8 @@ def runs(values: list[str]) -> str:
     return f"[{', '.join(text if count == 1 else f'{count}({text})' for text, count in found)}]"
 
 
-def _character(one: str) -> str:
-    if one == "$":
-        return "$$"
-    return one if " " <= one <= "~" and one != "'" else f"${ord(one):02X}"
-
-
-def _wide_character(one: str) -> str:
-    if one == "$":
-        return "$$"
-    return one if " " <= one <= "~" and one != '"' else f"${ord(one):04X}"
+def _quoted(text: str, quote: str, digits: int) -> str:
+    """Return a text in quotes; a character that a literal cannot contain becomes its code."""
+    plain = {one: one for one in map(chr, range(ord(" "), ord("~") + 1)) if one != quote}
+    plain["$"] = "$$"
+    return quote + "".join(plain.get(one, f"${ord(one):0{digits}X}") for one in text) + quote

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from structured_text.export.output import Missing
 from structured_text.export.parts import Part
 from structured_text.language import syntax as s
+from structured_text.language.walk import declared
 
-__all__ = ["lost_configuration", "missing", "reaching_out", "retain", "sections"]
+__all__ = ["lost_configuration", "missing", "reaching_out", "retain"]
 
 _NAMED = 3
 
 
-def missing(
-    part: Part, why: str, *, of: str = "", at: s.Position | None = None, replaced: bool = False
-) -> Missing:
+def missing(part: Part, why: str, *, of: str = "", at: s.Position | None = None) -> Missing:
     """Return the report that a part is not supported, or an item `of` it declared at a place."""
     what = f"{part.kind} {part.name}"
     what = f"{of} of {what}" if of else what
-    return Missing(what, why, part.file, (at or part.node.at).line, replaced)
+    return Missing(what, why, part.file, (at or part.node.at).line)
 
 
 def lost_configuration(part: Part, todo: str, *, without_globals: bool = False) -> Missing:
@@ -29,12 +28,8 @@ def lost_configuration(part: Part, todo: str, *, without_globals: bool = False) 
     found = [(f"TASK {one.name.text}", one.at) for one in node.tasks]
     found += [(f"PROGRAM {one.name.text}", one.at) for one in node.programs]
     if not without_globals:
-        found += [
-            (f"VAR_GLOBAL {name.text}", name.at)
-            for section in node.globals
-            for one in section.variables
-            for name in one.names
-        ]
+        names = (name for _, _, name in declared(node.globals))
+        found += [(f"VAR_GLOBAL {name.text}", name.at) for name in names]
     listed = ", ".join(f"{what} (line {at.line})" for what, at in found)
     return missing(part, f"{listed}: {todo}")
 
@@ -43,7 +38,7 @@ def reaching_out(node: s.Pou, tool: str) -> str:
     """Return why a POU with global or located variables cannot be exported by itself, or ""."""
     found = [
         name.text
-        for section, one, name in sections(node)
+        for section, one, name in declared(node.sections)
         if section.kind in ("VAR_EXTERNAL", "VAR_GLOBAL") or one.address is not None
     ]
     if not found:
@@ -54,15 +49,11 @@ def reaching_out(node: s.Pou, tool: str) -> str:
 def retain(part: Part) -> set[str]:
     """Return the upper-case names of a POU's variables that keep their values without power."""
     assert isinstance(part.node, s.Pou)
-    return {name.key for section, _, name in sections(part.node) if section.qualifier == "RETAIN"}
-
-
-def sections(node: s.Pou) -> Iterator[tuple[s.Section, s.VarDecl, s.Name]]:
-    """Yield each variable of a POU with its section and declaration."""
-    for section in node.sections:
-        for one in section.variables:
-            for name in one.names:
-                yield section, one, name
+    return {
+        name.key
+        for section, _, name in declared(part.node.sections)
+        if section.qualifier == "RETAIN"
+    }
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -64,11 +64,6 @@ class Output:
     recorded: bool = False
     mark: str = MARK
 
-    @property
-    def left_out(self) -> tuple[str, ...]:
-        """Return what is missing and why, without the places."""
-        return tuple(f"{one.what}: {one.why}" for one in self.missing)
-
 
 @dataclass(frozen=True)
 class Written:

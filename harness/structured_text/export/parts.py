@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 from lark import Token
@@ -20,11 +21,12 @@ from structured_text.language.parser import parse, parse_text
 from structured_text.language.project import Project
 from structured_text.language.registry import Registry
 from structured_text.language.source import source_text
+from structured_text.language.walk import declared
 from structured_text.output.exported import MARK, release
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles, not_declared, source_files
 
-__all__ = ["Declaration", "Part", "Sources", "comment", "plain", "sources_of"]
+__all__ = ["Declaration", "Part", "Sources", "comment", "enumerations", "plain", "sources_of"]
 
 Declaration = s.TypeDecl | s.Pou | s.Configuration
 
@@ -95,6 +97,28 @@ class Sources:
         owner = f"Copyright (c) {self.names.copyright}"
         return "\n".join([self.names.about, version_, "", licence, owner, MARK])
 
+    @cached_property
+    def types(self) -> dict[str, s.TypeDecl]:
+        """Return the types by upper-case name."""
+        found = {part.name.upper(): part.node for part in self.parts}
+        return {key: node for key, node in found.items() if isinstance(node, s.TypeDecl)}
+
+    @cached_property
+    def members(self) -> dict[str, tuple[s.TypeDecl, int, str]]:
+        """Return type, position and name of each enumeration member, by upper-case name."""
+        return {
+            member.key: (node, value, member.text)
+            for node in self.types.values()
+            if isinstance(node.spec, s.EnumSpec)
+            for value, member in enumerate(node.spec.members)
+        }
+
+    def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
+        """Return the type that a named type stands for."""
+        while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
+            spec = self.types[spec.name.key].spec
+        return spec
+
     def of(self, *kinds: str) -> list[Part]:
         """Return the parts of some kinds, in dependency order."""
         return [part for part in self.parts if part.kind in kinds]
@@ -140,6 +164,16 @@ def sources_of(
     return Sources(
         tuple(found[id(declared.node)] for declared in ordered), project, renamed, names or Names()
     )
+
+
+def enumerations(types: Iterable[s.TypeDecl]) -> list[str]:
+    """Return a line for each enumeration, with the numbers of its members."""
+    return [
+        f"{node.name.text}: "
+        + ", ".join(f"{value} {member.text}" for value, member in enumerate(node.spec.members))
+        for node in types
+        if isinstance(node.spec, s.EnumSpec)
+    ]
 
 
 def plain(text: str) -> str:
@@ -236,14 +270,10 @@ def _split(source: _Source, first: int, last: int, kind: str) -> tuple[str, str,
     ends = [at for at in range(first, last) if source.tokens[at].type == "END_VAR"]
     head_end = ends[-1] if ends else first + (3 if kind == "FUNCTION" else 1)
     body = source.text[source.end(head_end) : source.start(last)]
-    lines = [line.rstrip() for line in body.splitlines()]
+    body = "\n".join(line.rstrip() for line in body.splitlines())
     begin = source.text.count("\n", 0, source.end(head_end)) + 1
-    while lines and not lines[0]:
-        del lines[0]
-        begin += 1
-    while lines and not lines[-1]:
-        del lines[-1]
-    return source.text[source.start(first) : source.end(head_end)], "\n".join(lines), begin
+    begin += len(body) - len(body.lstrip("\n"))
+    return source.text[source.start(first) : source.end(head_end)], body.strip("\n"), begin
 
 
 def _types(
@@ -342,6 +372,4 @@ def _names(node: Declaration) -> Iterator[s.Name]:
     if isinstance(node, s.Configuration):
         yield from [one.name for one in node.tasks] + [one.name for one in node.programs]
     sections = node.sections if isinstance(node, s.Pou) else node.globals
-    for section in sections:
-        for one in section.variables:
-            yield from one.names
+    yield from (name for _, _, name in declared(sections))

@@ -14,6 +14,7 @@ from structured_text.language import syntax as s
 from structured_text.language.library import Names
 from structured_text.language.printer import expression_text, init_text
 from structured_text.output.exported import release
+from structured_text.projects import plcopen
 
 __all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "to_plcopen"]
 
@@ -21,18 +22,10 @@ NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
 
 #: The XML element of each section of variables.
-SECTIONS = {
-    "VAR": "localVars",
-    "VAR_TEMP": "tempVars",
-    "VAR_INPUT": "inputVars",
-    "VAR_OUTPUT": "outputVars",
-    "VAR_IN_OUT": "inOutVars",
-    "VAR_EXTERNAL": "externalVars",
-    "VAR_GLOBAL": "globalVars",
-}
+SECTIONS = {section: element for element, section in plcopen.SECTIONS.items()}
 
 #: The `pouType` of each kind of POU.
-POU_KINDS = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
+POU_KINDS = {kind: name for name, kind in plcopen.KINDS.items()}
 
 _PLAIN = (
     *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT"),

@@ -14,7 +14,7 @@ from structured_text.language import syntax as s
 from structured_text.language.lexer import tokens
 from structured_text.language.parser import parse
 from structured_text.language.source import source_text
-from structured_text.language.walk import nodes
+from structured_text.language.walk import declared, nodes
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles, st_files
 
@@ -127,11 +127,7 @@ def _declared(source: s.Source) -> Iterator[s.Name]:
 def _globals(source: s.Source) -> Iterator[s.Name]:
     for node in source.declarations:
         if isinstance(node, s.Configuration):
-            yield from _variables(node.globals)
-
-
-def _variables(sections: Iterable[s.Section]) -> Iterator[s.Name]:
-    return (name for one in sections for variable in one.variables for name in variable.names)
+            yield from (name for _, _, name in declared(node.globals))
 
 
 def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
@@ -177,7 +173,7 @@ def _uses(declaration: s.TypeDecl | s.Pou | s.Configuration, names: _Names) -> I
     """Yield the positions where a declaration names types, POUs and members of the library."""
     hidden = names.hidden
     if isinstance(declaration, s.Pou):
-        hidden |= frozenset(name.key for name in _variables(declaration.sections))
+        hidden |= frozenset(name.key for _, _, name in declared(declaration.sections))
     members: set[s.Name] = set()
     for node in nodes(declaration):
         if isinstance(node, s.Name):

@@ -8,16 +8,17 @@ from typing import Any
 
 from structured_text.export.body import Body, Scope
 from structured_text.export.initial import is_scalar, literal, runs, zero
-from structured_text.export.losses import lost_configuration, reaching_out, sections
+from structured_text.export.losses import lost_configuration, reaching_out
 from structured_text.export.output import Missing, Output
-from structured_text.export.parts import Part, Sources
+from structured_text.export.parts import Part, Sources, enumerations
 from structured_text.export.starts import Starts, each_call
 from structured_text.export.words import blocks_of, unwritten, words
 from structured_text.language import syntax as s
-from structured_text.language.printer import expression_text, init_text
+from structured_text.language.printer import bounds_text, init_text
 from structured_text.language.tree import Symbol
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import array_length
+from structured_text.language.walk import declared
 
 __all__ = ["Names", "quoted", "scl_body", "to_scl"]
 
@@ -167,21 +168,7 @@ class _Writer:
                 section.qualifier == "RETAIN" and not isinstance(symbol.type, BlockType)
             ),
         )
-        self._types = {
-            part.name.upper(): part.node
-            for part in sources.parts
-            if isinstance(part.node, s.TypeDecl)
-        }
-        self._enums = [
-            (part, part.node.spec)
-            for part in sources.of("TYPE")
-            if isinstance(part.node, s.TypeDecl) and isinstance(part.node.spec, s.EnumSpec)
-        ]
-        self._members = {
-            member.key: (member.text, value)
-            for _, spec in self._enums
-            for value, member in enumerate(spec.members)
-        }
+        self._types, self._members = sources.types, sources.members
         self._blocks = {part.name.upper() for part in sources.of("FUNCTION_BLOCK", "PROGRAM")}
         self._functions = {
             part.name.upper(): self._defaults(part.node)
@@ -192,10 +179,8 @@ class _Writer:
     def enumerations(self) -> str:
         """Return all enumerations as comments, for the users of the blocks."""
         text = ["", "Enumerations are INT here; their members are constants of the blocks:"]
-        for part, spec in self._enums:
-            members = (f"{value} {name.text}" for value, name in enumerate(spec.members))
-            text.append(f"  {part.name}: {', '.join(members)}")
-        return _lines("\n".join(text)) if self._enums else ""
+        lines = enumerations(self._types.values())
+        return _lines("\n".join([*text, *(f"  {line}" for line in lines)])) if lines else ""
 
     def flip_flops(self, parts: Iterable[Part]) -> Iterator[str]:
         """Yield the flip-flops that the parts use, as function blocks."""
@@ -311,11 +296,7 @@ class _Writer:
 
     def _spec(self, spec: s.TypeSpec) -> str:
         if isinstance(spec, s.ArraySpec):
-            bounds = (
-                f"{expression_text(one.low)}..{expression_text(one.high)}"
-                for one in spec.dimensions
-            )
-            return f"Array[{', '.join(bounds)}] of {self._spec(spec.element)}"
+            return f"Array[{bounds_text(spec)}] of {self._spec(spec.element)}"
         if isinstance(spec, s.EnumSpec):
             return "INT"
         if isinstance(spec, s.StructSpec):
@@ -338,7 +319,7 @@ class _Writer:
 
     def _constants(self, part: Part, node: s.Pou, body: str) -> Iterator[str]:
         """Yield the block's own constants and the members of enumerations that it uses."""
-        for _, one, name in sections(node):
+        for _, one, name in declared(node.sections):
             symbol = self.starts.symbol(node, name)
             if symbol.constant and is_scalar(symbol.type):
                 initial = self._initial(one, symbol.type, symbol.initial)
@@ -347,7 +328,7 @@ class _Writer:
         used = {word.upper() for word in body.replace("#", " #").split() if word.startswith("#")}
         marked = {"".join(c for c in word[1:] if c.isalnum() or c == "_") for word in used}
         for key in sorted(marked & self._members.keys(), key=self._rank):
-            member, value = self._members[key]
+            _, value, member = self._members[key]
             yield f"      {member} : INT := {value};"
 
     def _rank(self, key: str) -> int:
@@ -377,6 +358,6 @@ class _Writer:
         """Return the values of a function's omitted arguments."""
         return {
             name.key: self._start(one, self.starts.symbol(node, name))
-            for section, one, name in sections(node)
+            for section, one, name in declared(node.sections)
             if section.kind == "VAR_INPUT" and is_scalar(self.starts.symbol(node, name).type)
         }

@@ -13,13 +13,14 @@ from typing import Any
 
 from structured_text.errors import VARIABLES
 from structured_text.export.initial import differing, is_scalar
-from structured_text.export.losses import missing, sections
+from structured_text.export.losses import missing
 from structured_text.export.output import Missing
 from structured_text.export.parts import Part
 from structured_text.language import syntax as s
 from structured_text.language.project import Project
 from structured_text.language.tree import Symbol
 from structured_text.language.types import BlockType, Type
+from structured_text.language.walk import declared
 
 __all__ = ["Starts", "each_call"]
 
@@ -69,7 +70,7 @@ class Starts:
 
         `scalar` returns the text of a scalar's initial value.
         """
-        for section, one, name in sections(node):
+        for section, one, name in declared(node.sections):
             symbol = self.symbol(node, name)
             if not each_call(node, section):
                 continue
@@ -85,7 +86,7 @@ class Starts:
 
     def lost(self, part: Part, node: s.Pou) -> Iterator[Missing]:
         """Yield the variables of a POU whose initial values or RETAIN are not exported."""
-        for section, _, name in sections(node):
+        for section, _, name in declared(node.sections):
             symbol = self.symbol(node, name)
             of, kind = f"{section.kind} {name.text}", symbol.type
             keeps = section.kind in ("VAR", "VAR_INPUT", "VAR_OUTPUT") and node.kind != "FUNCTION"
@@ -109,11 +110,11 @@ class Starts:
 
     def _once(self, node: s.Pou) -> dict[str, tuple[bool, list[str]]]:
         """Return the statements of a block's first call, by the flag that guards them."""
-        taken = {name.key for _, _, name in sections(node)}
+        taken = {name.key for _, _, name in declared(node.sections)}
         found = {}
         for wanted, flag in enumerate(_FLAGS):
             lines: list[str] = []
-            for section, _, name in sections(node):
+            for section, _, name in declared(node.sections):
                 symbol = self.symbol(node, name)
                 here = section.kind in ("VAR", "VAR_OUTPUT") and not each_call(node, section)
                 whole = not isinstance(symbol.type, BlockType) and not self.declared(symbol.type)

@@ -12,10 +12,9 @@ from structured_text.export.l5x.project import to_l5x
 from structured_text.export.mitsubishi import to_mitsubishi
 from structured_text.export.omron import to_omron
 from structured_text.export.output import Output
-from structured_text.export.parts import Sources, sources_of
+from structured_text.export.parts import Sources, comment, sources_of
 from structured_text.export.plcopen import to_plcopen
 from structured_text.export.scl import to_scl
-from structured_text.export.st import to_st
 from structured_text.export.twincat import to_twincat
 from structured_text.language.compiling import deeply
 from structured_text.language.library import Names
@@ -40,8 +39,15 @@ class Target:
     write: Callable[[Sources], Output]
 
 
+def _to_st(sources: Sources) -> Output:
+    """Join the sources in dependency order."""
+    return Output(
+        {"": "\n".join([f"{comment(sources.notice)}\n", *(part.text for part in sources.parts)])}
+    )
+
+
 TARGETS = {
-    "st": Target("one file of Structured Text, in dependency order", ".st", to_st),
+    "st": Target("one file of Structured Text, in dependency order", ".st", _to_st),
     "plcopen": Target(
         "PLCopen TC6 XML 2.01: Beremiz, CODESYS, Machine Expert",
         ".xml",

@@ -23,28 +23,17 @@ _SPACE = UUID("5b0f6a2e-7c0d-5f0e-9d0e-52435833f0b1")
 _OBJECT = """\
 <?xml version="1.0" encoding="utf-8"?>
 <TcPlcObject Version="1.1.0.1" ProductVersion="3.1.4024.0">
-  {element}
+  <{kind} Name={name} Id="{{{id}}}"{body[0]}>
+    <Declaration><![CDATA[{declaration}
+]]></Declaration>{body[1]}
+  </{kind}>
 </TcPlcObject>
 """
-_POU = """\
-<POU Name={name} Id="{{{id}}}" SpecialFunc="None">
-    <Declaration><![CDATA[{declaration}
-]]></Declaration>
+_BODY = """
     <Implementation>
-      <ST><![CDATA[{body}
+      <ST><![CDATA[{}
 ]]></ST>
-    </Implementation>
-  </POU>"""
-_DUT = """\
-<DUT Name={name} Id="{{{id}}}">
-    <Declaration><![CDATA[{declaration}
-]]></Declaration>
-  </DUT>"""
-_GVL = """\
-<GVL Name={name} Id="{{{id}}}">
-    <Declaration><![CDATA[{declaration}
-]]></Declaration>
-  </GVL>"""
+    </Implementation>"""
 _PROJECT = """\
 <?xml version="1.0" encoding="utf-8"?>
 <!--
@@ -85,15 +74,14 @@ def to_twincat(sources: Sources) -> Output:
             todo = "make a task in the project and let it call the program"
             lost.append(lost_configuration(part, todo, without_globals=True))
             if globals_ := _globals(part):
-                path = f"{root}/{part.folder}/{part.name}.TcGVL"
-                files[path] = _OBJECT.format(element=globals_)
+                files[f"{root}/{part.folder}/{part.name}.TcGVL"] = globals_
             continue
         if part.name.upper() in barred:
             lost.append(barred[part.name.upper()])
             continue
         ending = "TcDUT" if part.kind == "TYPE" else "TcPOU"
-        element = _dut(part) if part.kind == "TYPE" else _pou(part, sources)
-        files[f"{root}/{part.folder}/{part.name}.{ending}"] = _OBJECT.format(element=element)
+        text = _dut(part) if part.kind == "TYPE" else _pou(part, sources)
+        files[f"{root}/{part.folder}/{part.name}.{ending}"] = text
     project = _PROJECT.format(
         notice=sources.notice,
         root=root,
@@ -115,10 +103,7 @@ def _globals(part: Part) -> str:
         part.head[first.start_pos : (last.start_pos or 0) + len(last)]
         for first, last in zip(begins, ends, strict=True)
     ]
-    declaration = "\n".join(_retained(text, part) for text in texts)
-    return _GVL.format(
-        name=quoteattr(part.name), id=_identifier(part), declaration=_data(declaration)
-    )
+    return _object("GVL", part, "\n".join(_retained(text, part) for text in texts))
 
 
 def _retained(text: str, part: Part) -> str:
@@ -132,24 +117,24 @@ def _retained(text: str, part: Part) -> str:
 def _pou(part: Part, sources: Sources) -> str:
     head = _retained(part.head, part)
     declaration = f"{comment(part.header)}\n{head}" if part.header else head
-    return _POU.format(
-        name=quoteattr(part.name),
-        id=_identifier(part),
-        declaration=_data(declaration),
-        body=_data(Body(part.body, Scope.of(part, sources), words("twincat")).all()),
-    )
+    body = _data(Body(part.body, Scope.of(part, sources), words("twincat")).all())
+    return _object("POU", part, declaration, (' SpecialFunc="None"', _BODY.format(body)))
 
 
 def _dut(part: Part) -> str:
     text = f"{comment(part.header)}\n{part.head}" if part.header else part.head
-    declaration = re.sub(r"\bEND_STRUCT\s*;", "END_STRUCT", text)
-    return _DUT.format(
-        name=quoteattr(part.name), id=_identifier(part), declaration=_data(declaration)
+    return _object("DUT", part, re.sub(r"\bEND_STRUCT\s*;", "END_STRUCT", text))
+
+
+def _object(kind: str, part: Part, declaration: str, body: tuple[str, str] = ("", "")) -> str:
+    """Return the file of an object; `body` is what only a POU has."""
+    return _OBJECT.format(
+        kind=kind,
+        name=quoteattr(part.name),
+        id=uuid5(_SPACE, f"{part.kind} {part.name.upper()}"),
+        declaration=_data(declaration),
+        body=body,
     )
-
-
-def _identifier(part: Part) -> UUID:
-    return uuid5(_SPACE, f"{part.kind} {part.name.upper()}")
 
 
 def _data(text: str) -> str:

@@ -58,12 +58,10 @@ class Form:
     Attributes:
         name: Its name; for an operator, its sign.
         parameters: Names in the tool. A name that is written ends in `:=`; `...` stands for more.
-        source: The document that says so.
     """
 
     name: str
     parameters: tuple[str, ...]
-    source: str
 
     @property
     def is_operator(self) -> bool:
@@ -123,7 +121,6 @@ class Words:
         statements: Words that statements begin with.
         instructions: The instructions that statements of Logix call.
         instead: For Logix, what to write instead of something that it does not have.
-        sources: The source of every entry of the file.
     """
 
     tool: str
@@ -134,7 +131,6 @@ class Words:
     statements: Collection[str]
     instructions: Mapping[str, Form]
     instead: Mapping[str, str]
-    sources: Mapping[str, str]
 
     def lacks(self, part: Part, functions: Collection[str]) -> Missing | None:
         """Return the first item in a part that is not on the list, with its replacement, or None.
@@ -192,23 +188,17 @@ class Words:
 def words(name: str) -> Words:
     """Return the list of a file in `FOLDER`."""
     content = load_toml(FOLDER / f"{name}.toml")
-    origins: dict[str, str] = content["sources"]
-    said: dict[str, str] = {}
 
     def forms(section: str) -> dict[str, Form]:
         made = {}
-        for key, (text, origin) in content.get(section, {}).items():
+        for key, (text, _) in content.get(section, {}).items():
             text = text.replace(_ADDED, BLOCKS)
             call = _CALL.fullmatch(text)
             listed = tuple(one.strip() for one in call[2].split(",")) if call else ()
-            made[key] = Form(call[1] if call else text, listed, origins[origin])
-            said[f"{section}.{key}"] = origins[origin]
+            made[key] = Form(call[1] if call else text, listed)
         return made
 
-    lists = {}
-    for key, (listed, origin) in content["language"].items():
-        lists[key] = tuple(listed)
-        said[f"language.{key}"] = origins[origin]
+    lists = {key: tuple(listed) for key, (listed, _) in content["language"].items()}
     return Words(
         content["tool"],
         forms("functions"),
@@ -218,7 +208,6 @@ def words(name: str) -> Words:
         lists["statements"],
         forms("instructions"),
         {key: text.replace(_ADDED, BLOCKS) for key, text in content.get("instead", {}).items()},
-        said,
     )
 
 

@@ -138,11 +138,9 @@ class Farm:
         items: Iterable[Item],
         *,
         lost: Callable[[Lost[Item]], Result] | None = None,
-        kept: ResultFile[Item, Result] | None = None,
-        title: str = "items",
     ) -> Generator[tuple[Item, Result], None, None]:
         """Yield each item with its result as `run` does, but in the order in which they end."""
-        for _, item, done in self._ended(work, items, lost, kept, title):
+        for _, item, done in self._ended(work, items, lost, None, "items"):
             yield item, done.get()
 
     def _ended(

@@ -11,14 +11,14 @@ from structured_text.language import tree as t
 from structured_text.language.calls import block_arguments, pin_of
 from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
-from structured_text.language.functions import group, same_text
+from structured_text.language.functions import same_text
 from structured_text.language.methods import NOTHING
 from structured_text.language.objects import START
 from structured_text.language.references import PLACES, place_of
 from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
-from structured_text.language.standard import BLOCKS
+from structured_text.language.standard import BLOCKS, reserved
 from structured_text.language.starting import Start, start_call, starting
 from structured_text.language.types import (
     ArrayType,
@@ -28,8 +28,10 @@ from structured_text.language.types import (
     Type,
     Variable,
     has_block,
+    type_name,
 )
 from structured_text.language.values import describe
+from structured_text.language.walk import root_of
 from structured_text.language.widening import widens
 
 __all__ = ["check_body", "check_start", "root_of"]
@@ -193,20 +195,22 @@ class _Statements:
         whole = bits.type
         part = self._expressions.check(value, kind)
         mask = ((1 << WIDTH.get(kind.name, 1)) - 1) << first
-        rest = t.Constant(INT_RANGE[group(whole)][1] ^ mask, whole, True)
+        rest = t.Constant(INT_RANGE[type_name(whole)][1] ^ mask, whole, True)
         others: t.Expression = t.Binary("AND", bits, rest, whole)
         if kind == BOOL:
             with_bit = t.Binary("OR", bits, t.Constant(mask, whole, True), whole)
             changed: t.Expression = t.Standard("SEL", (part, others, with_bit), whole)
         else:
             if kind != whole:
-                part = t.Standard(f"{kind.name}_TO_{group(whole)}", (part,), whole)
+                part = t.Standard(f"{kind.name}_TO_{type_name(whole)}", (part,), whole)
             if first:
                 count = t.Constant(first, ELEMENTARY["INT"])
                 part = t.Standard("SHL", (part, count), whole)
             changed = t.Binary("OR", others, part, whole)
         if base.type != whole:
-            changed = t.Standard(f"{group(whole)}_TO_{group(base.type)}", (changed,), base.type)
+            changed = t.Standard(
+                f"{type_name(whole)}_TO_{type_name(base.type)}", (changed,), base.type
+            )
         return t.Assign(base, changed, at)
 
     def _chain(self, node: s.AssignChain) -> list[t.Statement]:
@@ -291,9 +295,9 @@ class _Statements:
         kind = counter.type
         if not isinstance(counter, t.Use):
             self._scope.note("a FOR counter that is not a plain variable", node.counter.at)
-        if group(kind) in ANY_BIT and kind != BOOL:
+        if type_name(kind) in ANY_BIT and kind != BOOL:
             self._scope.note("arithmetic of bit strings", node.counter.at, "a FOR counter")
-        elif group(kind) not in ANY_INT:
+        elif type_name(kind) not in ANY_INT:
             raise self._scope.error(
                 f"a FOR needs an integer counter, not a {describe(kind)}", node.counter.at
             )
@@ -306,9 +310,9 @@ class _Statements:
 
     def _case(self, node: s.Case) -> t.Case:
         kind = self._expressions.infer(node.selector) or ELEMENTARY["DINT"]
-        if group(kind) in WIDTH and group(kind) not in ANY_INT:
+        if type_name(kind) in WIDTH and type_name(kind) not in ANY_INT:
             self._scope.note("a CASE of bit strings", node.selector.at)
-        elif not isinstance(kind, EnumType) and group(kind) not in ANY_INT:
+        elif not isinstance(kind, EnumType) and type_name(kind) not in ANY_INT:
             raise self._scope.error(
                 f"CASE needs an integer or enumeration, not a {describe(kind)}", node.selector.at
             )
@@ -409,7 +413,7 @@ class _BlockCalls:
                 )
             if callee.key in self._scope.declarations.broken:
                 raise ConsequenceError(f"{callee.text} has an error")
-            if self._scope.registry.is_standard(callee.key) or pou is not None:
+            if reserved(callee.key) or pou is not None:
                 raise self._scope.error(
                     f"the result of {callee.text} is not used", callee.at, "assign it"
                 )
@@ -483,13 +487,6 @@ class _BlockCalls:
                 argument.at,
             )
         return pin.name, found
-
-
-def root_of(variable: t.Variable) -> t.Symbol | None:
-    """Return the declared variable that an access begins with; None behind a pointer or call."""
-    while isinstance(variable, (t.Member, t.Index)):
-        variable = variable.base
-    return variable.symbol if isinstance(variable, t.Use) else None
 
 
 def _path(variable: t.Variable) -> list[object]:

@@ -129,10 +129,7 @@ class Statements(Transformer[Token, Any]):
             found = s.Field(found, name_of(token), found.at)
         return found
 
-    def label_constant(self, value: s.Expression) -> s.Expression:
-        return value
-
-    def label_range(self, low: s.Expression, _dots: Token, high: s.Expression) -> s.Range:
+    def range(self, low: s.Expression, _dots: Token, high: s.Expression) -> s.Range:
         return s.Range(low, high, low.at)
 
     def for_(self, word: Token, counter: s.Variable, _is: Token, *rest: Any) -> s.For:

@@ -9,7 +9,7 @@ from structured_text.language.declare import Scope
 from structured_text.language.standard import Signature, pin_name
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Variable
 
-__all__ = ["block_arguments", "function_arguments", "pin_of", "standard_arguments"]
+__all__ = ["are_named", "block_arguments", "function_arguments", "pin_of", "standard_arguments"]
 
 
 def function_arguments(
@@ -30,7 +30,7 @@ def function_arguments(
     outputs = {one.name.upper(): one for one in pou.section("VAR_OUTPUT")}
     every = [*pins, *outputs.values()]
     unnamed = [one for one in node.arguments if one.name is None]
-    _are_named(node, scope)
+    are_named(node, scope)
     if len(unnamed) > len(every) or (pins and not node.arguments):
         message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
         raise scope.error(message, node.at)
@@ -125,7 +125,7 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
     Raises:
         InputError: arguments that do not fit.
     """
-    named = _are_named(node, scope)
+    named = are_named(node, scope)
     pins = [pin for pin in block.variables if pin.section in ("VAR_INPUT", "VAR_IN_OUT")]
     if not named:
         if len(node.arguments) not in (0, len(pins)):
@@ -160,7 +160,7 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
     return given
 
 
-def _are_named(node: s.Call | s.CallStatement, scope: Scope) -> bool:
+def are_named(node: s.Call | s.Invoke | s.CallStatement, scope: Scope) -> bool:
     """Return whether an argument is named.
 
     An argument without a name belongs to the pin at its own place.

@@ -7,11 +7,11 @@ it the type that its place requires. A typed constant must widen to that type.
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
+from structured_text.language.arithmetic import ARITHMETIC, COMPARISONS, LOGIC, quotient, remainder
 from structured_text.language.registry import Declared
 from structured_text.language.scalars import (
     ANY_BIT,
@@ -221,25 +221,6 @@ class NotConstantError(InputError):
     """An expression is not constant at a place that requires a constant."""
 
 
-_ARITHMETIC: dict[str, Callable[[float, float], float]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "**": operator.pow,
-}
-_LOGIC: dict[str, Callable[[int, int], int]] = {
-    "AND": operator.and_,
-    "OR": operator.or_,
-    "XOR": operator.xor,
-}
-_COMPARISONS: dict[str, Callable[[Scalar, Scalar], bool]] = {
-    "=": operator.eq,
-    "<>": operator.ne,
-    "<": operator.lt,
-    ">": operator.gt,
-    "<=": operator.le,
-    ">=": operator.ge,
-}
 _MOST_BITS = 256
 
 
@@ -295,32 +276,36 @@ def _negated(node: s.Unary, found: Constant, where: Declared) -> Constant:
     return Constant(-value, found.type, found.typed)
 
 
+def divided(node: s.Binary, a: float, b: float, where: Declared) -> int | float:
+    """Return the constant result of / or MOD; raise InputError for a division by zero."""
+    if b == 0:
+        raise where.error("division by zero", node.at)
+    if isinstance(a, int) and isinstance(b, int):
+        return quotient(a, b) if node.op == "/" else remainder(a, b)
+    return a / b if node.op == "/" else math.fmod(a, b)
+
+
 def _calculated(node: s.Binary, left: Constant, right: Constant, where: Declared) -> Constant:
     a, b, op = left.value, right.value, node.op
     kind, typed = (left.type, True) if left.typed else (right.type, right.typed)
-    if op in _COMPARISONS:
-        return Constant(_COMPARISONS[op](a, b), BOOL, True)
+    if op in COMPARISONS:
+        return Constant(COMPARISONS[op](a, b), BOOL, True)
     if isinstance(a, str) or isinstance(b, str):
         raise where.error(f"{op} is not defined for STRING", node.at)
-    if op in _LOGIC:
-        return Constant(_LOGIC[op](int(a), int(b)), kind, typed)
+    if op in LOGIC:
+        return Constant(LOGIC[op](int(a), int(b)), kind, typed)
     if isinstance(a, float) != isinstance(b, float) and not typed:
         kind = ELEMENTARY["LREAL"]
     value: int | float
-    if op in _ARITHMETIC:
+    if op not in ("/", "MOD"):
         if op == "**" and isinstance(a, int) and (b < 0 or a.bit_length() * b > _MOST_BITS):
             a = float(a)
         try:
-            value = _ARITHMETIC[op](a, b)
+            value = ARITHMETIC[op](a, b)
         except (ArithmeticError, ValueError):
             value = math.inf
-    elif b == 0:
-        raise where.error("division by zero", node.at)
-    elif isinstance(a, float) or isinstance(b, float):
-        value = a / b if op == "/" else math.fmod(a, b)
     else:
-        quotient = abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
-        value = quotient if op == "/" else a - quotient * b
+        value = divided(node, a, b, where)
     if isinstance(value, complex) or not abs(value) < 1 << _MOST_BITS:
         raise where.error("the result of this constant expression is too large", node.at)
     return Constant(value, kind, typed)

@@ -15,6 +15,7 @@ from operator import getitem
 from typing import Any, NamedTuple
 
 from structured_text.errors import InputError
+from structured_text.language.scalars import DIGITS
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -22,7 +23,9 @@ from structured_text.language.types import (
     EnumType,
     StructType,
     Type,
+    members,
 )
+from structured_text.language.values import array_length
 from structured_text.output.limits import MOST_LEVELS, MOST_WATCHED
 
 __all__ = [
@@ -43,9 +46,6 @@ __all__ = [
 #: An array with more elements is shown as a single value, because so many lanes are unreadable.
 LONGEST = 64
 
-_NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
-#: Number of hexadecimal digits of each bit string.
-_DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
 #: Significant decimal digits of each real type.
 _PRECISION = {"REAL": 7, "LREAL": 15}
 #: Shown elements of an array that is a single value.
@@ -65,21 +65,9 @@ class Part(NamedTuple):
         return reduce(getitem, self.way, value)
 
 
-def members(kind: Type) -> tuple[tuple[str, Type], ...]:
-    """Return the members of a structure, or the variables of a block that have a value."""
-    if isinstance(kind, StructType):
-        return kind.fields
-    if isinstance(kind, BlockType):
-        pins = (pin for pin in kind.variables if pin.section not in _NO_STORAGE)
-        return tuple((pin.name, pin.type) for pin in pins)
-    return ()
-
-
 def is_long(kind: Type) -> bool:
     """Return whether a type is an array that is shown as a single value."""
-    if not isinstance(kind, ArrayType):
-        return False
-    return math.prod(high - low + 1 for low, high in kind.bounds) > LONGEST
+    return isinstance(kind, ArrayType) and array_length(kind) > LONGEST
 
 
 def count(kind: Type) -> int:
@@ -87,7 +75,7 @@ def count(kind: Type) -> int:
     if isinstance(kind, (StructType, BlockType)):
         return sum(count(member) for _, member in members(kind))
     if isinstance(kind, ArrayType) and not is_long(kind):
-        return math.prod(high - low + 1 for low, high in kind.bounds) * count(kind.element)
+        return array_length(kind) * count(kind.element)
     return 1
 
 
@@ -162,8 +150,8 @@ def value_text(kind: Type, value: Any) -> str:
         return str(value)
     if kind.name == "BOOL":
         return "TRUE" if value else "FALSE"
-    if kind.name in _DIGITS:
-        return f"16#{value:0{_DIGITS[kind.name]}X}"
+    if kind.name in DIGITS:
+        return f"16#{value:0{DIGITS[kind.name]}X}"
     if kind.name in _PRECISION:
         return f"{value:.{_PRECISION[kind.name]}g}"
     if isinstance(value, str):

@@ -16,12 +16,13 @@ from collections.abc import Iterable
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
+from structured_text.language.arithmetic import ARITHMETIC
 from structured_text.language.calls import pin_of
 from structured_text.language.compiling import MOST_OPERATORS
-from structured_text.language.constants import adapt, literal, member
+from structured_text.language.constants import adapt, divided, literal, member
 from structured_text.language.declare import Scope
 from structured_text.language.fitting import Fitting
-from structured_text.language.functions import Functions, group
+from structured_text.language.functions import Functions
 from structured_text.language.methods import Methods
 from structured_text.language.operators import COMPARISONS, Operators
 from structured_text.language.references import PLACES, References
@@ -47,6 +48,7 @@ from structured_text.language.types import (
     ReferenceType,
     StructType,
     Type,
+    type_name,
 )
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF
@@ -223,7 +225,7 @@ class ExpressionChecker:
             The variable, the variable as a bit string, the first bit, and the type of the part.
         """
         base = self.variable(node.base)
-        name = group(base.type)
+        name = type_name(base.type)
         if name not in WIDTH:
             raise self.scope.error(f"a {describe(base.type)} has no bits", node.at)
         kind = ELEMENTARY[_PARTS[node.size]]
@@ -235,7 +237,7 @@ class ExpressionChecker:
     @staticmethod
     def bits(value: t.Expression) -> t.Expression:
         """Convert an integer to a bit string of its width."""
-        name = group(value.type)
+        name = type_name(value.type)
         if name in ANY_BIT:
             return value
         kind = ELEMENTARY[BITS_OF[name]]
@@ -252,7 +254,7 @@ class ExpressionChecker:
             bits = t.Standard("SHR", (bits, count), whole)
         if whole == kind:
             return bits
-        return t.Standard(f"{group(whole)}_TO_{kind.name}", (bits,), kind)
+        return t.Standard(f"{type_name(whole)}_TO_{kind.name}", (bits,), kind)
 
     def _undeclared(self, node: s.Name) -> InputError:
         if node.key in self.scope.declarations.broken:
@@ -293,7 +295,7 @@ class ExpressionChecker:
         raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, near)
 
     def _element(self, base: t.Variable, node: s.Index) -> t.Index:
-        if group(base.type) in ANY_STRING:
+        if type_name(base.type) in ANY_STRING:
             base = self.references.characters(base, node.at)
         kind = base.type
         if not isinstance(kind, ArrayType):
@@ -306,10 +308,10 @@ class ExpressionChecker:
         indices = []
         for index, (low, high) in zip(node.indices, kind.bounds, strict=True):
             index_type = self.infer(index) or ELEMENTARY["DINT"]
-            if group(index_type) in ANY_BIT and group(index_type) != "BOOL":
+            if type_name(index_type) in ANY_BIT and type_name(index_type) != "BOOL":
                 self.scope.note("arithmetic of bit strings", index.at, "an index")
                 index_type = self.operators.number(index_type)
-            if group(index_type) not in ANY_INT:
+            if type_name(index_type) not in ANY_INT:
                 raise self.scope.error(
                     f"an index must be an integer, not a {describe(index_type)}", index.at
                 )
@@ -359,11 +361,11 @@ class ExpressionChecker:
         if isinstance(left, ReferenceType):
             return left
         if node.op == "**":
-            return left if left is None or group(left) in ANY_REAL else ELEMENTARY["LREAL"]
+            return left if left is None or type_name(left) in ANY_REAL else ELEMENTARY["LREAL"]
         right = self.infer(node.right)
         if left is None and right is None:
             return None
-        if group(left) in MOMENTS or group(right) in MOMENTS:
+        if type_name(left) in MOMENTS or type_name(right) in MOMENTS:
             return self.operators.moment_type(node.op, left, right)
         return self.operators.operand_type(node.op, node.left, node.right, None)
 
@@ -380,7 +382,7 @@ class ExpressionChecker:
         """
         if isinstance(want, (ReferenceType, InterfaceType)):
             return self.references.wanted(node, want)
-        key = id(node), group(want)
+        key = id(node), type_name(want)
         known = self._checked.get(key)
         if known is not None and (want is None or key[1]):
             return known
@@ -475,7 +477,11 @@ class ExpressionChecker:
         if left.type != right.type:
             self.scope.note("an implicit conversion", node.at, "a whole number: write .0 behind it")
             left, right = (t.Constant(float(one.value), LREAL) for one in (left, right))
-        value = self._calculate(node, left.value, right.value)  # type: ignore[arg-type]
+        a, b, op = left.value, right.value, node.op
+        if op in ("/", "MOD"):
+            value = divided(node, a, b, self.scope.where)  # type: ignore[arg-type]
+        else:
+            value = ARITHMETIC[op](a, b)
         if not abs(value) < (_LARGEST if isinstance(value, int) else math.inf):
             raise self.scope.error("the result of this constant expression is too large", node.at)
         return t.Constant(value, left.type)
@@ -484,20 +490,6 @@ class ExpressionChecker:
         """Return whether an expression is an untyped number with decimals."""
         found = self.fold(node)
         return found is not None and not found.typed and isinstance(found.value, float)
-
-    def _calculate(self, node: s.Binary, left: float, right: float) -> int | float:
-        if node.op == "+":
-            return left + right
-        if node.op == "-":
-            return left - right
-        if node.op == "*":
-            return left * right
-        if right == 0:
-            raise self.scope.error("division by zero", node.at)
-        if isinstance(left, int) and isinstance(right, int):
-            quotient = abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1)
-            return quotient if node.op == "/" else left - quotient * right
-        return left / right if node.op == "/" else math.fmod(left, right)
 
     def _called_type(self, node: s.Call) -> Type | None:
         """Return the type of a call's result; None if the context determines it."""

@@ -6,11 +6,10 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.checking import Checking
 from structured_text.language.constants import adapt
-from structured_text.language.functions import group
 from structured_text.language.operators import LOGIC
 from structured_text.language.scalars import ANY_INT, ELEMENTARY, string_length
 from structured_text.language.standard import convertible
-from structured_text.language.types import ElementaryType, EnumType, Type
+from structured_text.language.types import ElementaryType, EnumType, Type, type_name
 from structured_text.language.values import describe
 from structured_text.language.widening import converted, widening
 
@@ -77,7 +76,7 @@ class Fitting:
 
     def _leaf_fits(self, node: s.Expression, want: str) -> bool:
         kind = self._all.infer(node)
-        if kind is None or group(kind) == want or widening(group(kind), want):
+        if kind is None or type_name(kind) == want or widening(type_name(kind), want):
             return True
         return self._leaves_fit(node, want)
 
@@ -85,16 +84,16 @@ class Fitting:
         """Convert an enumeration to a wanted number, or a number to an enumeration."""
         if want is None or found.type == want:
             return found
-        if isinstance(want, EnumType) and group(found.type) in ANY_INT:
+        if isinstance(want, EnumType) and type_name(found.type) in ANY_INT:
             self._scope.note("a number as an enumeration", at)
             return t.Standard("MOVE", (found,), want)
-        if isinstance(found.type, EnumType) and group(want) in ANY_INT:
+        if isinstance(found.type, EnumType) and type_name(want) in ANY_INT:
             self._scope.note("an enumeration as a number", at)
             base = ELEMENTARY[found.type.base]
             moved = t.Standard("MOVE", (found,), base)
             return (
                 moved
                 if base == want
-                else t.Standard(f"{base.name}_TO_{group(want)}", (moved,), want)
+                else t.Standard(f"{base.name}_TO_{type_name(want)}", (moved,), want)
             )
         return found

@@ -43,11 +43,11 @@ from structured_text.language.standard import (
     reserved,
     truncation,
 )
-from structured_text.language.types import ArrayType, ElementaryType, EnumType, Type
+from structured_text.language.types import ArrayType, ElementaryType, EnumType, Type, type_name
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF, joined, number_of, widens
 
-__all__ = ["Functions", "group", "same_text"]
+__all__ = ["Functions", "same_text"]
 
 #: Standard functions that mean an operator, the functions of durations included.
 _OPERATORS = {
@@ -125,15 +125,15 @@ class Functions:
                 real = real or (one is None and self._expressions.is_real(argument.value))
                 if one is not None:
                     found = one if found is None else self._expressions.operators.common(found, one)
-        if real and group(found) in (*ANY_INT, *ANY_BIT):
+        if real and type_name(found) in (*ANY_INT, *ANY_BIT):
             found = ELEMENTARY["LREAL"]
-        number = number_of(group(found))
-        if group(found) not in signature.group and number in signature.group:
+        number = number_of(type_name(found))
+        if type_name(found) not in signature.group and number in signature.group:
             return ELEMENTARY[number]
-        if group(found) in ANY_INT and signature.group == ANY_REAL:
-            return ELEMENTARY["REAL" if WIDTH[group(found)] <= 16 else "LREAL"]
-        if group(found) in ("CHAR", "WCHAR") and signature.group == ANY_STRING:
-            return ELEMENTARY["STRING" if group(found) == "CHAR" else "WSTRING"]
+        if type_name(found) in ANY_INT and signature.group == ANY_REAL:
+            return ELEMENTARY["REAL" if WIDTH[type_name(found)] <= 16 else "LREAL"]
+        if type_name(found) in ("CHAR", "WCHAR") and signature.group == ANY_STRING:
+            return ELEMENTARY["STRING" if type_name(found) == "CHAR" else "WSTRING"]
         return found
 
     def _result_type(self, key: str, common: Type | None) -> Type | None:
@@ -253,7 +253,7 @@ class Functions:
         wanted: Type | None = ELEMENTARY[source] if source else None
         if wanted is None:
             wanted = self._expressions.infer(argument.value)
-            if cut is not None and group(wanted) not in ANY_REAL:
+            if cut is not None and type_name(wanted) not in ANY_REAL:
                 wanted = ELEMENTARY["LREAL"]
             elif isinstance(wanted, EnumType):
                 raise self._scope.error(f"{key} is not defined for {describe(wanted)}", argument.at)
@@ -293,8 +293,8 @@ class Functions:
         at run time.
         """
         key, count = node.function.key, len(node.arguments)
-        if count != (1 if key == "SIZEOF" else 2):
-            number = 1 if key == "SIZEOF" else 2
+        number = 1 if key == "SIZEOF" else 2
+        if count != number:
             raise self._scope.error(f"{key} takes {number} arguments, not {count}", node.at)
         first = node.arguments[0].value
         kind: Type | None = None
@@ -325,7 +325,7 @@ class Functions:
             ):
                 array = self._expressions.variable(first)  # type: ignore[arg-type]
                 bound = t.Standard(key, (array, dimension), ELEMENTARY["DINT"])
-                wanted = want if group(want) in ANY_INT else None
+                wanted = want if type_name(want) in ANY_INT else None
                 return self._expressions.converted(bound, wanted or bound.type)  # type: ignore[arg-type]
             if not isinstance(dimension, t.Constant) or not 1 <= int(dimension.value) <= most:
                 raise self._scope.error(
@@ -333,7 +333,7 @@ class Functions:
                 )
             ends = kind.bounds[int(dimension.value) - 1]
             value, default = ends[key == "UPPER_BOUND"], "DINT"
-        result = want if group(want) in ANY_INT and want is not None else ELEMENTARY[default]
+        result = want if type_name(want) in ANY_INT and want is not None else ELEMENTARY[default]
         return t.Constant(value, result)
 
     def _standard(self, node: s.Call, signature: Signature, want: Type | None) -> t.Expression:
@@ -342,10 +342,10 @@ class Functions:
         common = self._common_type(node, signature)
         if common is None and any(kind == "T" for _, (_, kind) in pairs):
             common = self._untyped(pairs, signature, want)
-        if group(common) in BITS_OF and name in (*_SHIFTS, "AND", "OR", "XOR"):
+        if type_name(common) in BITS_OF and name in (*_SHIFTS, "AND", "OR", "XOR"):
             return self._bitwise(node, pairs, common)
         selects = isinstance(common, EnumType) and name in _SELECTIONS
-        if common is not None and not selects and group(common) not in signature.group:
+        if common is not None and not selects and type_name(common) not in signature.group:
             raise self._scope.error(f"{name} is not defined for {describe(common)}", node.at)
         arguments = []
         for argument, (_, kind) in pairs:
@@ -366,7 +366,7 @@ class Functions:
         want: Type | None,
     ) -> Type:
         """Return the type of untyped numbers: the wanted type, if the function permits it."""
-        wanted = want if group(want) in signature.group else None
+        wanted = want if type_name(want) in signature.group else None
         if wanted is not None and signature.result == "T":
             return wanted
         values = [argument.value for argument, (_, kind) in pairs if kind == "T"]
@@ -405,8 +405,8 @@ class Functions:
         found = self._expressions.infer(argument.value)
         if found is None:
             return self._expressions.check(argument.value, None).type
-        if group(found) in ANY_BIT and group(found) != "BOOL":
-            return ELEMENTARY[number_of(group(found))]
+        if type_name(found) in ANY_BIT and type_name(found) != "BOOL":
+            return ELEMENTARY[number_of(type_name(found))]
         if not isinstance(found, ElementaryType) or found.name not in allowed:
             raise self._scope.error(
                 f"a number is expected here, not a {describe(found)}", argument.at
@@ -427,9 +427,4 @@ class Functions:
 
 def same_text(one: Type, other: Type) -> bool:
     """Return whether both are a STRING, or both a WSTRING, of any length."""
-    return group(one) == group(other) and group(one) in ANY_STRING
-
-
-def group(kind: Type | None) -> str:
-    """Return the name of an elementary type; empty for every other type."""
-    return kind.name if isinstance(kind, ElementaryType) else ""
+    return type_name(one) == type_name(other) and type_name(one) in ANY_STRING

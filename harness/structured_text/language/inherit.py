@@ -16,7 +16,7 @@ from structured_text.language.objects import INIT, Objects
 from structured_text.language.parser import TWO_BASES
 from structured_text.language.registry import Declared, last_name
 from structured_text.language.tree import Pou, Symbol
-from structured_text.language.types import ArrayType, BlockType, StructType, Type, has_block
+from structured_text.language.types import ArrayType, BlockType, Type, has_block, inside
 from structured_text.language.values import describe
 
 __all__ = ["Inheritance"]
@@ -309,8 +309,4 @@ def _signature(method: Pou) -> tuple[object, ...]:
 
 def _held_block(kind: Type) -> BlockType | None:
     """Return the block in a variable of this type; the first one of a structure."""
-    while isinstance(kind, ArrayType):
-        kind = kind.element
-    if isinstance(kind, StructType):
-        return next(filter(None, (_held_block(one) for _, one in kind.fields)), None)
-    return kind if isinstance(kind, BlockType) else None
+    return next((one for one in inside(kind) if isinstance(one, BlockType)), None)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from structured_text.language import syntax as s
 from structured_text.language.types import ArrayType, ReferenceType, Type
+from structured_text.language.values import indices_at
 
 __all__ = ["Later", "Part"]
 
@@ -44,11 +45,7 @@ class Later:
 
     def element(self, kind: ArrayType, position: int) -> Later:
         """Return the place of the element at a position of the flat list."""
-        indices = []
-        for low, high in reversed(kind.bounds):
-            position, offset = divmod(position, high - low + 1)
-            indices.append(low + offset)
-        return replace(self, steps=(*self.steps, tuple(reversed(indices))))
+        return replace(self, steps=(*self.steps, indices_at(kind, position)))
 
     def member(self, name: s.Name) -> Later:
         """Return the place of a member of a structure."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -25,77 +25,22 @@ from structured_text.language.words import OBJECT_WORDS, Context
 
 __all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
 
+#: Words that begin something that ends with END_ and the same word.
+_GROUPS = (
+    *("ACTION", "CASE", "CONFIGURATION", "FOR", "FUNCTION", "FUNCTION_BLOCK", "IF", "PROGRAM"),
+    *("REPEAT", "RESOURCE", "STRUCT", "TYPE", "UNION", "VAR", "WHILE"),
+)
+_SECTIONS = ("EXTERNAL", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT", "STAT", "TEMP")
 KEYWORDS = frozenset(
-    [
-        "AND",
-        "AND_THEN",
-        "ACTION",
-        "ARRAY",
-        "AT",
-        "BY",
-        "CASE",
-        "CONFIGURATION",
-        "CONSTANT",
-        "CONTINUE",
-        "DO",
-        "ELSE",
-        "ELSIF",
-        "END_ACTION",
-        "END_CASE",
-        "END_CONFIGURATION",
-        "END_FOR",
-        "END_FUNCTION",
-        "END_FUNCTION_BLOCK",
-        "END_IF",
-        "END_PROGRAM",
-        "END_REPEAT",
-        "END_RESOURCE",
-        "END_STRUCT",
-        "END_TYPE",
-        "END_UNION",
-        "END_VAR",
-        "END_WHILE",
-        "EXIT",
-        "FALSE",
-        "FOR",
-        "FUNCTION",
-        "FUNCTION_BLOCK",
-        "IF",
-        "MOD",
-        "NON_RETAIN",
-        "NOT",
-        "OF",
-        "ON",
-        "OR",
-        "OR_ELSE",
-        "PERSISTENT",
-        "PROGRAM",
-        "REPEAT",
-        "RESOURCE",
-        "RETAIN",
-        "RETURN",
-        "STRUCT",
-        "TASK",
-        "THEN",
-        "TO",
-        "TRUE",
-        "TYPE",
-        "UNION",
-        "UNTIL",
-        "VAR",
-        "VAR_EXTERNAL",
-        "VAR_GLOBAL",
-        "VAR_IN_OUT",
-        "VAR_INPUT",
-        "VAR_INST",
-        "VAR_OUTPUT",
-        "VAR_STAT",
-        "VAR_TEMP",
-        "WHILE",
-        "WITH",
-        "XOR",
+    (
+        *_GROUPS,
+        *(f"END_{word}" for word in _GROUPS),
+        *(f"VAR_{word}" for word in _SECTIONS),
         *OBJECT_WORDS,
-    ]
+        *("AND", "AND_THEN", "ARRAY", "AT", "BY", "CONSTANT", "CONTINUE", "DO", "ELSE", "ELSIF"),
+        *("EXIT", "FALSE", "MOD", "NON_RETAIN", "NOT", "OF", "ON", "OR", "OR_ELSE", "PERSISTENT"),
+        *("RETAIN", "RETURN", "TASK", "THEN", "TO", "TRUE", "UNTIL", "WITH", "XOR"),
+    )
 )
 
 PUNCTUATION = {
@@ -198,9 +143,6 @@ _ENDS = frozenset(
 )
 #: Tokens that need no semicolon between them and the END of a statement.
 _NO_STATEMENT = frozenset(("SEMICOLON", "ASSIGN"))
-
-#: A function that returns the error for a message, an offset in the text and a hint.
-_Refuse = Callable[[str, int, str], InputError]
 
 
 @dataclass

@@ -37,7 +37,6 @@ __all__ = [
     "Read",
     "Schedule",
     "analyse",
-    "check",
     "checked",
     "configure",
     "load",
@@ -220,19 +219,14 @@ def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
     return project
 
 
-def check(paths: Sequence[Path]) -> list[InputError]:
-    """Return all errors in the sources, in the order of the given files.
+def analyse(
+    paths: Sequence[Path], read: Read | None = None
+) -> tuple[Project | None, list[InputError]]:
+    """Return the checked project, or None with all errors, in the order of the given files.
 
     Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
     another error are left out.
     """
-    return analyse(paths)[1]
-
-
-def analyse(
-    paths: Sequence[Path], read: Read | None = None
-) -> tuple[Project | None, list[InputError]]:
-    """Return the checked project, or None with all errors; see `check`."""
     read = read or read_file
     try:
         return deeply(partial(_analysed, paths, read))

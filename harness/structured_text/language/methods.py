@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
+from structured_text.language.calls import are_named
 from structured_text.language.checking import Checking
 from structured_text.language.references import PLACES, place_of
 from structured_text.language.registry import ConsequenceError
@@ -18,7 +19,6 @@ __all__ = ["NOTHING", "Methods"]
 #: The type of a call without a result.
 NOTHING = ElementaryType("")
 _SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
-_DIRECT = (*_SECTIONS, "VAR")
 
 
 class Methods:
@@ -254,9 +254,7 @@ class Methods:
         pins = {key: one for key, one in method.symbols.items() if one.section in _SECTIONS}
         order = list(pins)
         given: dict[str, s.Argument] = {}
-        named = [argument.name is not None for argument in node.arguments]
-        if any(named) and not all(named):
-            self._scope.note("named and positional arguments together", node.at)
+        are_named(node, self._scope)
         if len(node.arguments) > len(order):
             text = f"{method.name} takes {len(order)} arguments, not {len(node.arguments)}"
             raise self._scope.error(text, node.at)
@@ -266,9 +264,8 @@ class Methods:
             is_output = section == "VAR_OUTPUT"
             if not section or (argument.name is not None and argument.output != is_output):
                 kind = "output" if argument.output else "input"
-                names = [one.name for one in pins.values() if one.section != "VAR_OUTPUT"]
-                if argument.output:
-                    names = [one.name for one in pins.values() if one.section == "VAR_OUTPUT"]
+                of_kind = ("VAR_OUTPUT",) if argument.output else ("VAR_INPUT", "VAR_IN_OUT")
+                names = [one.name for one in pins.values() if one.section in of_kind]
                 raise self._scope.error(
                     f"{method.name} has no {kind} {argument.name.text if argument.name else key}",
                     argument.at,

@@ -11,7 +11,6 @@ from __future__ import annotations
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.checking import Checking
-from structured_text.language.functions import group
 from structured_text.language.scalars import (
     ANY_BIT,
     ANY_DATE,
@@ -26,7 +25,7 @@ from structured_text.language.scalars import (
     SIGNED,
     UNSIGNED,
 )
-from structured_text.language.types import ElementaryType, EnumType, ReferenceType, Type
+from structured_text.language.types import ElementaryType, EnumType, ReferenceType, Type, type_name
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF, common, fitting_integer, joined, number_of
 
@@ -45,7 +44,7 @@ class Operators:
 
     def number(self, kind: Type) -> Type:
         """Return the numeric type of a value: the unsigned integer for a bit string."""
-        return ELEMENTARY[number_of(group(kind))] if group(kind) in ANY_BIT else kind
+        return ELEMENTARY[number_of(type_name(kind))] if type_name(kind) in ANY_BIT else kind
 
     def operand_type(
         self, op: str, left: s.Expression, right: s.Expression, want: Type | None
@@ -74,7 +73,7 @@ class Operators:
         These are ULINT and a signed type: neither holds the other. Raise InputError if there is no
         common type.
         """
-        a, b = group(one), group(other)
+        a, b = type_name(one), type_name(other)
         if a in INT_RANGE and b in INT_RANGE and not common(a, b):
             raise self._scope.error(
                 f"no integer type has room for both a {a} and a {b}", at, "convert one of them"
@@ -82,7 +81,7 @@ class Operators:
 
     def common(self, one: Type, other: Type, op: str = "") -> Type:
         """Return the common type of two types; the first type if there is none."""
-        a, b = group(one), group(other)
+        a, b = type_name(one), type_name(other)
         if one == other or not (a and b):
             return one
         if a == b and isinstance(one, ElementaryType) and isinstance(other, ElementaryType):
@@ -97,14 +96,14 @@ class Operators:
         self, op: str, kind: Type, node: s.Expression, want: Type | None
     ) -> Type | None:
         """Return the type of an operation between a type and an untyped number."""
-        name, folded = group(kind), self._expressions.fold(node)
+        name, folded = type_name(kind), self._expressions.fold(node)
         if op not in LOGIC and op not in COMPARISONS:
             name = number_of(name) if name in ANY_BIT else name
             kind = ELEMENTARY[name] if name else kind
         if folded is None or folded.typed or name not in INT_RANGE:
             return kind
         if isinstance(folded.value, float):
-            return want if group(want) in ANY_REAL else ELEMENTARY["LREAL"]
+            return want if type_name(want) in ANY_REAL else ELEMENTARY["LREAL"]
         low, high = INT_RANGE[name]
         if low <= int(folded.value) <= high:
             return kind
@@ -113,7 +112,7 @@ class Operators:
 
     def moment_type(self, op: str, left: Type | None, right: Type | None) -> Type | None:
         """Return the result type of an operation with a duration or date."""
-        a, b = group(left), group(right)
+        a, b = type_name(left), type_name(right)
         if op == "*" and a not in MOMENTS:
             return right
         if op == "-" and a in ANY_DATE and a.removeprefix("L") == b.removeprefix("L"):
@@ -131,19 +130,23 @@ class Operators:
             or want
             or ELEMENTARY["BOOL" if node.op == "NOT" else "INT"]
         )
-        if node.op == "NOT" and group(kind) in BITS_OF:
+        if node.op == "NOT" and type_name(kind) in BITS_OF:
             self._note_bits("NOT", kind, node.at)
-            bits = ELEMENTARY[BITS_OF[group(kind)]]
+            bits = ELEMENTARY[BITS_OF[type_name(kind)]]
             inner = self._expressions.converted(self._expressions.check(node.operand, kind), bits)
             return self._expressions.converted(t.Unary("NOT", inner, bits), _elementary(kind))
-        if node.op == "-" and group(kind) in ANY_BIT and group(kind) != "BOOL":
-            kind = ELEMENTARY[number_of(group(kind))]
-        if node.op == "-" and group(kind) in UNSIGNED and not isinstance(node.operand, s.Literal):
+        if node.op == "-" and type_name(kind) in ANY_BIT and type_name(kind) != "BOOL":
+            kind = ELEMENTARY[number_of(type_name(kind))]
+        if (
+            node.op == "-"
+            and type_name(kind) in UNSIGNED
+            and not isinstance(node.operand, s.Literal)
+        ):
             self._scope.note("the negative of an unsigned integer", node.at)
             operand = self._expressions.check(node.operand, kind)
             return t.Binary("-", t.Constant(0, kind), operand, kind)
         allowed = ANY_BIT if node.op == "NOT" else (*SIGNED, *ANY_REAL)
-        if group(kind) not in allowed:
+        if type_name(kind) not in allowed:
             raise self._scope.error(f"{node.op} is not defined for {describe(kind)}", node.at)
         return t.Unary(node.op, self._expressions.check(node.operand, kind), kind)
 
@@ -177,14 +180,16 @@ class Operators:
             return self._logic(op, left, right, want, at)
         if op == "**":
             return self._power(left, right, left_type, want, at)
-        if group(left_type) in MOMENTS or (op == "*" and group(right_type) in ANY_DURATION):
+        if type_name(left_type) in MOMENTS or (op == "*" and type_name(right_type) in ANY_DURATION):
             return self._moment(op, left, right, at)
         kind = self.operand_type(op, left, right, want)
-        kind = kind or (want if group(want) in ANY_NUM else None)
+        kind = kind or (want if type_name(want) in ANY_NUM else None)
         if kind is None:
             kind = self._expressions.check(left, None).type
-        if {group(left_type), group(right_type)} & set(ANY_BIT) and group(kind) not in ANY_BIT:
-            shown = left_type if group(left_type) in ANY_BIT else right_type
+        if {type_name(left_type), type_name(right_type)} & set(ANY_BIT) and type_name(
+            kind
+        ) not in ANY_BIT:
+            shown = left_type if type_name(left_type) in ANY_BIT else right_type
             detail = f"{op} of a {describe(shown or kind)}"
             self._scope.note("arithmetic of bit strings", at, detail)
         self._allow(op, kind, ANY_INT if op == "MOD" else ANY_NUM, at)
@@ -197,17 +202,14 @@ class Operators:
         self, op: str, left: s.Expression, right: s.Expression, want: Type | None, at: s.Position
     ) -> t.Expression:
         if "_" in op:
-            one, other = (self._expressions.check(side, BOOL) for side in (left, right))
-            return t.Binary(op, one, other, BOOL)
+            return self._both(op, left, right, BOOL, BOOL)
         kind = self.operand_type(op, left, right, want)
-        kind = kind or (want if group(want) in (*ANY_BIT, *ANY_INT) else None) or BOOL
-        if group(kind) not in BITS_OF:
+        kind = kind or (want if type_name(want) in (*ANY_BIT, *ANY_INT) else None) or BOOL
+        if type_name(kind) not in BITS_OF:
             self._allow(op, kind, ANY_BIT, at)
-            return t.Binary(
-                op, self._expressions.check(left, kind), self._expressions.check(right, kind), kind
-            )
+            return self._both(op, left, right, kind, kind)
         self._note_bits(op, kind, at)
-        bits = ELEMENTARY[BITS_OF[group(kind)]]
+        bits = ELEMENTARY[BITS_OF[type_name(kind)]]
         one, other = (
             self._expressions.converted(self._expressions.check(side, kind), bits)
             for side in (left, right)
@@ -215,9 +217,9 @@ class Operators:
         return self._expressions.converted(t.Binary(op, one, other, bits), _elementary(kind))
 
     def _allow(self, op: str, kind: Type, allowed: tuple[str, ...], at: s.Position) -> None:
-        if group(kind) not in allowed:
+        if type_name(kind) not in allowed:
             hint = ""
-            if group(kind) in ANY_BIT:
+            if type_name(kind) in ANY_BIT:
                 hint = "convert bit strings to integers first" if op not in LOGIC else ""
             raise self._scope.error(f"{op} is not defined for {describe(kind)}", at, hint)
 
@@ -230,15 +232,20 @@ class Operators:
         simple = isinstance(kind, ElementaryType)
         if not simple and not (isinstance(kind, EnumType) and op in ("=", "<>")):
             raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
-        return t.Binary(
-            op, self._expressions.check(left, kind), self._expressions.check(right, kind), BOOL
-        )
+        return self._both(op, left, right, kind, BOOL)
+
+    def _both(
+        self, op: str, left: s.Expression, right: s.Expression, kind: Type, result: Type
+    ) -> t.Binary:
+        """Type an operator whose operands both get one type."""
+        one, other = (self._expressions.check(side, kind) for side in (left, right))
+        return t.Binary(op, one, other, result)
 
     def _compared(self, op: str, kind: EnumType, left: s.Expression, right: s.Expression) -> Type:
         """Return the type to compare an enumeration in: a number with a number."""
         for side in (left, right):
             found = self._expressions.infer(side)
-            if group(found) in ANY_INT:
+            if type_name(found) in ANY_INT:
                 assert found is not None
                 return found
             if found is None and self._expressions.fold(side) is not None:
@@ -253,9 +260,9 @@ class Operators:
         want: Type | None,
         at: s.Position,
     ) -> t.Expression:
-        kind = left_type or (want if group(want) in ANY_REAL else None) or ELEMENTARY["LREAL"]
-        if group(kind) in ANY_INT:
-            kind = want if want is not None and group(want) in ANY_REAL else ELEMENTARY["LREAL"]
+        kind = left_type or (want if type_name(want) in ANY_REAL else None) or ELEMENTARY["LREAL"]
+        if type_name(kind) in ANY_INT:
+            kind = want if want is not None and type_name(want) in ANY_REAL else ELEMENTARY["LREAL"]
         self._allow("**", kind, ANY_REAL, at)
         exponent = self._expressions.check(right, self._expressions.infer(right))
         self._allow("**", exponent.type, ANY_NUM, right.at)
@@ -269,7 +276,7 @@ class Operators:
         The standard defines + and - for them, and * and / of a duration by a number.
         """
         left_type, right_type = self._expressions.infer(left), self._expressions.infer(right)
-        a, b = group(left_type), group(right_type)
+        a, b = type_name(left_type), type_name(right_type)
         if a not in MOMENTS:
             self._scope.note("a number times a duration", at, f"write the {b} first")
             left, right, left_type, right_type, a = right, left, right_type, left_type, b
@@ -280,15 +287,9 @@ class Operators:
                 raise self._scope.error("division by zero", at)
             return t.Binary(op, self._expressions.check(left, left_type), number, ELEMENTARY[a])
         kind = self.moment_type(op, left_type, right_type)
-        result = ELEMENTARY[group(kind) or a]
+        result = ELEMENTARY[type_name(kind) or a]
         if op == "-" and a.removeprefix("L") == b.removeprefix("L"):
-            both = ELEMENTARY[a if a.startswith("L") else b]
-            return t.Binary(
-                op,
-                self._expressions.check(left, both),
-                self._expressions.check(right, both),
-                result,
-            )
+            return self._both(op, left, right, ELEMENTARY[a if a.startswith("L") else b], result)
         if op in ("+", "-") and a not in ("DATE", "LDATE"):
             long = "LTIME" if result.name.startswith("L") else "TIME"
             duration = self._expressions.check(right, ELEMENTARY[long])

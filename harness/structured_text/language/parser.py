@@ -6,7 +6,7 @@ statements. Each method is named after its rule, so most methods have no docstri
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -38,6 +38,10 @@ TWO_BASES = "EXTENDS TWO"
 
 def _optional(token: Token | None) -> s.Name | None:
     return None if token is None else name_of(token)
+
+
+def _names_of(tokens: Iterable[Token]) -> tuple[s.Name, ...]:
+    return tuple(name_of(token) for token in tokens if token.type == "IDENT")
 
 
 @dataclass(frozen=True)
@@ -131,18 +135,12 @@ class _Builder(Statements):
     ) -> tuple[s.Expression, s.Expression | None]:
         return first, value
 
-    def spec_range(self, low: s.Expression, _dots: Token, high: s.Expression) -> s.Range:
-        return s.Range(low, high, low.at)
-
     def array_spec(self, array: Token, *rest: Any) -> s.ArraySpec:
         return s.ArraySpec(nodes_of(rest, s.Range), self._plain(rest[-1]), position_of(array))
 
     def _plain(self, spec: Any) -> Any:
         """Return the meaning of a type outside of a TYPE declaration."""
         return spec.of_variable() if isinstance(spec, _Detailed) else spec
-
-    def dimension(self, low: s.Expression, _dots: Token, high: s.Expression) -> s.Range:
-        return s.Range(low, high, low.at)
 
     def open_dimension(self, star: Token) -> s.Range:
         whole = s.Name("*", position_of(star))
@@ -161,7 +159,7 @@ class _Builder(Statements):
         names = tuple(name for name, _ in members)
         return s.EnumSpec(names, at, tuple(value for _, value in members), base)
 
-    def enum_member(self, name: Token, _is: Token | None, value: Any) -> tuple[s.Name, Any]:
+    def named_value(self, name: Token, _is: Token | None, value: Any) -> tuple[s.Name, Any]:
         return name_of(name), value
 
     def struct_spec(self, struct: Token, *rest: Any) -> s.StructSpec:
@@ -171,12 +169,11 @@ class _Builder(Statements):
 
     def field_declaration(self, *rest: Any) -> s.VarDecl:
         *_, _word, address, _colon, spec, _is, initial, _end = rest
-        names = tuple(name_of(token) for token in rest[:-7] if token.type == "IDENT")
-        at = names[0].at
-        return s.VarDecl(names, self._plain(spec), initial, _optional(address), at)
+        names = _names_of(rest[:-7])
+        return s.VarDecl(names, self._plain(spec), initial, _optional(address), names[0].at)
 
     def struct_field(self, *rest: Any) -> s.VarDecl:
-        names = tuple(name_of(token) for token in rest[:-2] if token.type == "IDENT")
+        names = _names_of(rest[:-2])
         return s.VarDecl(names, rest[-1], None, None, names[0].at)
 
     def array_init(self, left: Token, *rest: Any) -> s.ArrayInit:
@@ -209,9 +206,6 @@ class _Builder(Statements):
     def struct_init(self, left: Token, *rest: Any) -> s.StructInit:
         return s.StructInit(nodes_of(rest, tuple), position_of(left))
 
-    def field_init(self, name: Token, _is: Token, value: s.Init) -> tuple[s.Name, s.Init]:
-        return name_of(name), value
-
     def function(
         self, word: Token, words: Any, name: Token, _colon: Any, result: Any, *rest: Any
     ) -> s.Pou:
@@ -228,19 +222,16 @@ class _Builder(Statements):
     ) -> s.Pou:
         if base is not None and len(base) > 1:
             words = (*words, TWO_BASES)
-        pou = self._pou(word, name, rest)
+        pou = self.program(word, name, *rest)
         base = base[0] if base else None
         return replace(pou, words=words, extends=base, implements=interfaces or ())
-
-    def program(self, word: Token, name: Token, *rest: Any) -> s.Pou:
-        return self._pou(word, name, rest)
 
     def _ended(self, word: Token, end: Token) -> None:
         """Note a missing END. recovery.py inserts an END token without text for it."""
         if not end:
             self.note("no END of a POU", position_of(word))
 
-    def _pou(self, word: Token, name: Token, rest: Any) -> s.Pou:
+    def program(self, word: Token, name: Token, *rest: Any) -> s.Pou:
         self._ended(word, rest[-1])
         (inside,) = nodes_of(rest, tuple)
         others = (s.Method, s.Property)
@@ -251,11 +242,8 @@ class _Builder(Statements):
             nodes_of(rest, s.Section),
             tuple(one for one in inside if not isinstance(one, others)),
             position_of(word),
-            members=nodes_of(inside, (s.Method, s.Property)),
+            members=nodes_of(inside, others),
         )
-
-    def members(self, *items: Any) -> tuple[Any, ...]:
-        return tuple(one for one in items if one is not None)
 
     # --- object orientation and references ---
 
@@ -264,12 +252,8 @@ class _Builder(Statements):
             self.note("an access specifier", position_of(words[0]))
         return tuple(word.upper() for word in words)
 
-    def extends(self, word: Token, *rest: Any) -> tuple[s.Name, ...]:
-        self.note("EXTENDS", position_of(word))
-        return nodes_of(rest, s.Name)
-
-    def implements(self, word: Token, *rest: Any) -> tuple[s.Name, ...]:
-        self.note("IMPLEMENTS", position_of(word))
+    def bases(self, word: Token, *rest: Any) -> tuple[s.Name, ...]:
+        self.note(word.upper(), position_of(word))
         return nodes_of(rest, s.Name)
 
     def interface(
@@ -302,9 +286,6 @@ class _Builder(Statements):
         name = s.Name(word.upper(), position_of(word))
         return s.Method(name, (), None, nodes_of(rest, s.Section), rest[-2], position_of(word))
 
-    def setter(self, word: Token, *rest: Any) -> s.Method:
-        return self.getter(word, *rest)
-
     def pointer_spec(self, kind: Token, *rest: Any) -> s.PointerSpec:
         self.note(
             "REFERENCE TO" if kind.upper() == "REFERENCE" else "POINTER TO", position_of(kind)
@@ -328,10 +309,7 @@ class _Builder(Statements):
 
     def action(self, word: Token, name: Token, _colon: Token, body: Any, _end: Token) -> s.Method:
         self.note("an ACTION", position_of(word))
-        return s.Method(name_of(name), (), None, (), body, position_of(name), action=True)
-
-    def body(self, *statements: s.Statement | None) -> tuple[s.Statement, ...]:
-        return tuple(one for one in statements if one is not None)
+        return s.Method(name_of(name), (), None, (), body, position_of(name))
 
     def section(self, word: Token, *rest: Any) -> s.Section:
         words = [str(item).upper() for item in rest if isinstance(item, Token)][:-1]
@@ -353,14 +331,13 @@ class _Builder(Statements):
 
     def var_declaration(self, *rest: Any) -> s.VarDecl:
         _word, address, _colon, spec, _is, initial, _end = rest[-7:]
-        names = tuple(name_of(token) for token in rest[:-7] if token.type == "IDENT")
-        at = names[0].at
+        names = _names_of(rest[:-7])
         bound = isinstance(_is, Token) and _is.upper() == "REF="
         if isinstance(_is, Token) and _is.type == "LATCH" and not bound:
             text, place = f"{_is} is not an initial value", position_of(_is)
             error = InputError(text, file=self.file, line=place.line, column=place.column)
             self.errors.append(error)
-        plain = self._plain(spec)
+        plain, at = self._plain(spec), names[0].at
         return s.VarDecl(names, plain, initial, _optional(address), at, bound)
 
     # --- configuration ---
@@ -382,11 +359,6 @@ class _Builder(Statements):
 
     def task(self, _word: Token, name: Token, *rest: Any) -> s.TaskDeclaration:
         return s.TaskDeclaration(name_of(name), nodes_of(rest, tuple), position_of(name))
-
-    def task_setting(
-        self, name: Token, _is: Token, value: s.Expression
-    ) -> tuple[s.Name, s.Expression]:
-        return name_of(name), value
 
     def program_instance(
         self, _word: Token, name: Token, _with: Any, task: Any, _colon: Token, *rest: Any

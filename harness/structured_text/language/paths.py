@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from structured_text.errors import InputError
 from structured_text.language.project import Project
-from structured_text.language.types import ArrayType, BlockType, StructType, Type, Variable
+from structured_text.language.types import ArrayType, BlockType, StructType, Type, Variable, members
 from structured_text.language.values import describe
 
 __all__ = ["Resolved", "Step", "resolve", "walk"]
@@ -200,16 +200,6 @@ def walk(project: Project) -> Iterator[tuple[str, Type]]:
 
 
 def _below(path: str, kind: Type) -> Iterator[tuple[str, Type]]:
-    if isinstance(kind, StructType):
-        members = kind.fields
-    elif isinstance(kind, BlockType):
-        members = tuple(
-            (variable.name, variable.type)
-            for variable in kind.variables
-            if variable.section not in ("VAR_IN_OUT", "VAR_EXTERNAL")
-        )
-    else:
-        return
-    for name, member in members:
+    for name, member in members(kind):
         yield f"{path}.{name}", member
         yield from _below(f"{path}.{name}", member)

@@ -22,6 +22,7 @@ from structured_text.language.source import origin, source_text, title_of
 from structured_text.language.standard import BLOCKS
 from structured_text.language.syntax import Position
 from structured_text.language.walk import nodes
+from structured_text.language.words import ACCESS_WORDS, OBJECT_WORDS
 
 __all__ = ["LintFinding", "lint", "reserved_names", "text_findings", "unportable"]
 
@@ -31,43 +32,11 @@ _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _PARTS_OF_TEXTS = ("MID", "LEFT", "RIGHT")
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 #: Reserved words since IEC 61131-3:2013, and USTRING since 2025. Newer PLCs refuse them as names.
-_RESERVED_SINCE_2013 = frozenset(
-    [
-        "ABSTRACT",
-        "CHAR",
-        "CLASS",
-        "CONTINUE",
-        "END_CLASS",
-        "END_INTERFACE",
-        "END_METHOD",
-        "END_NAMESPACE",
-        "EXTENDS",
-        "FINAL",
-        "IMPLEMENTS",
-        "INTERFACE",
-        "INTERNAL",
-        "LDATE",
-        "LDATE_AND_TIME",
-        "LDT",
-        "LTIME",
-        "LTIME_OF_DAY",
-        "LTOD",
-        "METHOD",
-        "NAMESPACE",
-        "NULL",
-        "OVERLAP",
-        "OVERRIDE",
-        "PRIVATE",
-        "PROTECTED",
-        "PUBLIC",
-        "REF",
-        "REF_TO",
-        "SUPER",
-        "THIS",
-        "USING",
-        "USTRING",
-        "WCHAR",
-    ]
+_RESERVED_SINCE_2013 = (
+    ACCESS_WORDS
+    | (OBJECT_WORDS - {"POINTER", "PROPERTY", "END_PROPERTY", "REFERENCE"})
+    | {"CHAR", "CLASS", "CONTINUE", "END_CLASS", "LDATE", "LDATE_AND_TIME", "LDT", "LTIME", "LTOD"}
+    | {"LTIME_OF_DAY", "NULL", "OVERLAP", "REF", "USTRING", "WCHAR"}
 )
 #: Most blocks in one declaration. With three, matiec crashes.
 _MOST_BLOCKS = 2

@@ -8,10 +8,10 @@ from typing import Any
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.displayed import literal
-from structured_text.language.scalars import ANY_CHARS, ANY_DURATION
+from structured_text.language.scalars import ANY_CHARS, ANY_DURATION, DIGITS
 from structured_text.language.types import ElementaryType, EnumType, ReferenceType
 
-__all__ = ["expression_text", "init_text", "label_text", "spec_text"]
+__all__ = ["bounds_text", "expression_text", "init_text", "label_text", "spec_text"]
 
 _STRENGTH = {
     **dict.fromkeys(("OR", "OR_ELSE"), 1),
@@ -24,7 +24,6 @@ _STRENGTH = {
     "**": 8,
 }
 _UNARY = 9
-_BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
 
 
 def expression_text(node: s.Expression | t.Expression, within: int = 0) -> str:
@@ -102,8 +101,8 @@ def _constant(node: t.Constant) -> str:
     if isinstance(kind, EnumType):
         return label_text(kind, int(value))
     name = kind.name if isinstance(kind, ElementaryType) else ""
-    if name in _BITS:
-        return f"{name}#16#{int(value):0{_BITS[name]}X}"
+    if name in DIGITS:
+        return f"{name}#16#{int(value):0{DIGITS[name]}X}"
     if name == "BOOL":
         return "TRUE" if value else "FALSE"
     if name in ANY_DURATION:
@@ -122,15 +121,18 @@ def spec_text(spec: s.TypeSpec) -> str:
     if isinstance(spec, s.NamedSpec):
         return spec.name.text
     if isinstance(spec, s.ArraySpec):
-        bounds = (
-            f"{expression_text(one.low)}..{expression_text(one.high)}" for one in spec.dimensions
-        )
-        return f"ARRAY [{', '.join(bounds)}] OF {spec_text(spec.element)}"
+        return f"ARRAY [{bounds_text(spec)}] OF {spec_text(spec.element)}"
     if isinstance(spec, s.EnumSpec):
         return f"({', '.join(member.text for member in spec.members)})"
     assert isinstance(spec, s.StructSpec)
     fields = " ".join(_field(one) for one in spec.fields)
     return f"STRUCT {fields} END_STRUCT"
+
+
+def bounds_text(spec: s.ArraySpec) -> str:
+    """Return the bounds of an array as written in brackets."""
+    ends = ((expression_text(one.low), expression_text(one.high)) for one in spec.dimensions)
+    return ", ".join(f"{low}..{high}" for low, high in ends)
 
 
 def init_text(init: s.Init) -> str:

@@ -23,13 +23,12 @@ from structured_text.output.limits import MOST_MISTAKES
 __all__ = ["read_tokens"]
 
 _SPELLING = {name: f"'{text}'" for text, name in PUNCTUATION.items()}
-_ENDS = frozenset(("END_IF", "ELSE", "ELSIF", "END_CASE", "END_WHILE", "END_FOR", "UNTIL"))
 _INSTRUCTION_LIST = frozenset(
     ["LD", "LDN", "ST", "STN", "ANDN", "ORN", "XORN", "CAL", "CALC", "RET", "RETC"]
 )
 #: Words that open a group of statements or declarations, with the word that closes it.
 _OPENERS = {
-    **{word: f"END_{word}" for word in ("IF", "CASE", "FOR", "WHILE", "REPEAT", "STRUCT", "UNION")},
+    word: f"END_{word}" for word in ("IF", "CASE", "FOR", "WHILE", "REPEAT", "STRUCT", "UNION")
 }
 _CLOSERS = frozenset(_OPENERS.values())
 #: Words that end the group with the mistake.

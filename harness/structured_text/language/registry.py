@@ -97,7 +97,8 @@ class Registry:
                     declared.error(
                         "a second CONFIGURATION",
                         node.name.at,
-                        f"the first is in {other.file.name}, line {other.node.at.line}",
+                        f"the first is in {other.file}, line {other.node.at.line}; give the files "
+                        "of one program only",
                     )
                 )
             self.configuration = declared
@@ -138,13 +139,9 @@ class Registry:
                     )
                 )
 
-    def is_standard(self, key: str) -> bool:
-        """Return whether the second edition defines an element of this name."""
-        return reserved(key)
-
     def variable_clash(self, key: str) -> str:
         """Return why a variable should not have this name; empty if it can."""
-        if self.is_standard(key) and key not in ("T", "D", "SEMA", "RTC", "PID", "RAMP"):
+        if reserved(key) and key not in ("T", "D", "SEMA", "RTC", "PID", "RAMP"):
             return "is the name of a standard element"
         if key in self.types:
             return "is the name of a type"
@@ -154,9 +151,7 @@ class Registry:
             node = self.pous[key].node
             assert isinstance(node, s.Pou)
             return f"is the name of a {node.kind}"
-        if key in self.members:
-            return "is a member of an enumeration"
-        return ""
+        return "is a member of an enumeration" if key in self.members else ""
 
     def ordered(self) -> list[Declared]:
         """Return all declarations, each after those it uses.

@@ -8,7 +8,7 @@ pointer may lead to a type that contains it, so the targets of pointers are reso
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from ctypes import c_float
 from typing import Any
 
@@ -40,6 +40,7 @@ from structured_text.language.types import (
     ReferenceType,
     StructType,
     Type,
+    has_address,
     has_block,
 )
 from structured_text.language.values import array_length, describe
@@ -139,10 +140,7 @@ class Types:
         for one in spec.members:
             if one.key in seen:
                 raise where.error(f"{one.text} is a member twice", one.at)
-            if self.registry.is_standard(one.key) or one.key in (
-                *self.registry.types,
-                *self.registry.pous,
-            ):
+            if reserved(one.key) or one.key in (*self.registry.types, *self.registry.pous):
                 where.note("a variable called as something else", one.at)
             seen.add(one.key)
         names = tuple(one.text for one in spec.members)
@@ -157,7 +155,7 @@ class Types:
                 )
             base = found
         values: list[int] = []
-        for one, value in zip(spec.members, spec.values, strict=True):
+        for value in spec.values:
             if value is None:
                 values.append(values[-1] + 1 if values else 0)
                 continue
@@ -166,7 +164,6 @@ class Types:
             lookup = self._looking(where, earlier)
             found_value = constant(value, base, self.types, where, lookup).value
             values.append(int(found_value))
-            del one
         low, high = INT_RANGE[base.name]
         if not all(low <= value <= high for value in values):
             raise where.error(f"a member is outside {base.name} ({low} to {high})", spec.at)
@@ -342,7 +339,7 @@ class Types:
         symbol = self.local.get(node.key)
         if symbol is not None:
             return _constant_of(symbol)
-        later = self._declared_constant(node.key, self.sections)
+        later = self._declared_constant(node.key)
         if later is not None:
             return later
         for owner in self.registry.members.get(node.key, ()):
@@ -397,10 +394,8 @@ class Types:
             self._listed = {}
             for declared in self.registry.lists:
                 assert isinstance(declared.node, s.GlobalList)
-                section = declared.node.section
-                for variable in section.variables if section.qualifier == "CONSTANT" else ():
-                    for name in variable.names if variable.initial is not None else ():
-                        self._listed.setdefault(name.key, (variable, declared))
+                for name, variable in _constants(declared.node.section):
+                    self._listed.setdefault(name, (variable, declared))
         found = self._listed.get(key)
         if found is None:
             return None
@@ -414,17 +409,12 @@ class Types:
             raise known
         return known
 
-    def _declared_constant(
-        self, key: str, sections: list[tuple[s.Section, Declared]]
-    ) -> Constant | None:
+    def _declared_constant(self, key: str) -> Constant | None:
         """Return a constant of sections that are not declared yet."""
-        for section, declared in sections:
-            if section.qualifier != "CONSTANT":
-                continue
-            for variable in section.variables:
-                if variable.initial is None or key not in (one.key for one in variable.names):
-                    continue
-                return self._value_of(key, variable, declared)
+        for section, declared in self.sections:
+            for name, variable in _constants(section):
+                if name == key:
+                    return self._value_of(key, variable, declared)
         return None
 
     def _value_of(self, key: str, variable: s.VarDecl, declared: Declared) -> Constant | None:
@@ -579,6 +569,13 @@ class Types:
         return result
 
 
+def _constants(section: s.Section) -> Iterator[tuple[str, s.VarDecl]]:
+    """Yield the constants of a section that have an initial value, by upper-case name."""
+    for one in section.variables if section.qualifier == "CONSTANT" else ():
+        if one.initial is not None:
+            yield from ((name.key, one) for name in one.names)
+
+
 def _constant_of(symbol: Symbol) -> Constant | None:
     scalar = isinstance(symbol.type, (ElementaryType, EnumType))
     return Constant(symbol.initial, symbol.type, True) if symbol.constant and scalar else None
@@ -600,15 +597,6 @@ def fills(have: Type, want: Type) -> bool:
         and len(have.bounds) == len(want.bounds)
         and have.element == want.element
     )
-
-
-def has_address(kind: Type) -> bool:
-    """Return whether a type is or contains a block, pointer, reference or interface."""
-    if isinstance(kind, ArrayType):
-        return has_address(kind.element)
-    if isinstance(kind, StructType):
-        return any(has_address(field) for _, field in kind.fields)
-    return isinstance(kind, (BlockType, InterfaceType, ReferenceType))
 
 
 def default_scalar(kind: ElementaryType) -> bool | int | float | str:

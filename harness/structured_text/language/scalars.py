@@ -21,6 +21,7 @@ __all__ = [
     "ANY_STRING",
     "BOOL",
     "CORE",
+    "DIGITS",
     "ELEMENTARY",
     "INT_RANGE",
     "LONGEST_STRING",
@@ -73,6 +74,9 @@ ANY_DATE = ("DATE", "TOD", "DT", "LDATE", "LTOD", "LDT")
 MOMENTS = ANY_DURATION + ANY_DATE
 ANY_STRING = ("STRING", "WSTRING")
 ANY_CHARS = (*ANY_STRING, "CHAR", "WCHAR")
+
+#: Number of hexadecimal digits of each bit string.
+DIGITS = {name: WIDTH[name] // 4 for name in ANY_BIT[1:]}
 
 #: (lowest, highest) of each integer and bit string type.
 INT_RANGE = {

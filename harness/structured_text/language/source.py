@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
-from structured_text.output.reading import file_bytes
+from structured_text.output.reading import file_bytes, text_of
 
 __all__ = ["Extract", "Line", "origin", "source_text", "title_of"]
 
@@ -94,16 +94,10 @@ def source_text(file: Path) -> str:
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
             raise InputError(f"the file is {encoding}", file=file, hint=hint)
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise InputError(
-            f"byte {error.start} is not UTF-8", file=file, line=line, hint=hint
-        ) from None
+    text = text_of(content, file)
     if "\0" in text:
         raise InputError("the file is not a text file, or is in UTF-16", file=file, hint=hint)
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    return text
 
 
 def title_of(file: Path) -> str:

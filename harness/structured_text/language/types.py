@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
 __all__ = [
+    "NO_STORAGE",
     "ArrayType",
     "BlockType",
     "ElementaryType",
@@ -16,8 +18,16 @@ __all__ = [
     "StructType",
     "Type",
     "Variable",
+    "has_address",
     "has_block",
+    "inside",
+    "members",
+    "type_name",
 ]
+
+
+#: Sections of variables without a value of their own: it belongs to another variable.
+NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
 
 
 @dataclass(frozen=True)
@@ -159,6 +169,40 @@ class Located:
     path: str
     type: Type
     start: int | None = None
+
+
+def type_name(kind: Type | None) -> str:
+    """Return the name of an elementary type; empty for every other type."""
+    return kind.name if isinstance(kind, ElementaryType) else ""
+
+
+def members(kind: Type) -> tuple[tuple[str, Type], ...]:
+    """Return the members of a structure, or the variables of a block that have a value."""
+    if isinstance(kind, StructType):
+        return kind.fields
+    if isinstance(kind, BlockType):
+        pins = (pin for pin in kind.variables if pin.section not in NO_STORAGE)
+        return tuple((pin.name, pin.type) for pin in pins)
+    return ()
+
+
+def inside(kind: Type) -> Iterator[Type]:
+    """Yield a type and the types of its elements and fields, but not those of a block's variables.
+
+    A type that several fields have is yielded for each of them.
+    """
+    yield kind
+    if isinstance(kind, ArrayType):
+        yield from inside(kind.element)
+    elif isinstance(kind, StructType):
+        for _, field in kind.fields:
+            yield from inside(field)
+
+
+def has_address(kind: Type) -> bool:
+    """Return whether a type is or contains a block, pointer, reference or interface."""
+    addressed = (BlockType, InterfaceType, ReferenceType)
+    return any(isinstance(one, addressed) for one in inside(kind))
 
 
 def has_block(kind: Type) -> bool:

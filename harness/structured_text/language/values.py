@@ -30,9 +30,17 @@ from structured_text.language.types import (
     ReferenceType,
     StructType,
     Type,
+    members,
 )
 
-__all__ = ["array_length", "describe", "from_python", "nest", "scalar_to_python"]
+__all__ = [
+    "array_length",
+    "describe",
+    "from_python",
+    "indices_at",
+    "nest",
+    "scalar_to_python",
+]
 
 _EPOCH = datetime(1970, 1, 1)
 _TIME_LIMIT = timedelta(microseconds=(1 << 63) // 1000)
@@ -53,6 +61,15 @@ def describe(kind: Type) -> str:
 def array_length(kind: ArrayType) -> int:
     """Return the number of elements over all dimensions."""
     return math.prod(high - low + 1 for low, high in kind.bounds)
+
+
+def indices_at(kind: ArrayType, position: int) -> tuple[int, ...]:
+    """Return the indices of the element at a row-major position, counted from 0."""
+    indices = []
+    for low, high in reversed(kind.bounds):
+        position, offset = divmod(position, high - low + 1)
+        indices.append(low + offset)
+    return tuple(reversed(indices))
 
 
 def scalar_to_python(kind: Type, value: Scalar) -> Any:
@@ -219,15 +236,7 @@ def _array(
 def _fields(kind: StructType | BlockType, value: Any, path: str) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise _mismatch(path, kind, value, "give a dict of its fields")
-    fields = (
-        kind.fields
-        if isinstance(kind, StructType)
-        else tuple(
-            (pin.name, pin.type)
-            for pin in kind.variables
-            if pin.section not in ("VAR_IN_OUT", "VAR_EXTERNAL")
-        )
-    )
+    fields = members(kind)
     known = {name.upper(): (name, field_type) for name, field_type in fields}
     result = {}
     for key, item in value.items():

@@ -14,7 +14,17 @@ from typing import Any, TypeVar
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 
-__all__ = ["bodies", "calls_of", "nodes", "parts", "root_of", "statements", "targets", "written"]
+__all__ = [
+    "bodies",
+    "calls_of",
+    "declared",
+    "nodes",
+    "parts",
+    "root_of",
+    "statements",
+    "targets",
+    "written",
+]
 
 #: Types of fields that contain no code.
 _PLAIN = (
@@ -64,6 +74,14 @@ def _fields(kind: type[Any], names: bool = False) -> tuple[str, ...] | None:
     return tuple(one.name for one in fields(kind) if one.type not in plain)
 
 
+def declared(sections: Iterable[s.Section]) -> Iterator[tuple[s.Section, s.VarDecl, s.Name]]:
+    """Yield each variable of some sections, with its section and its declaration."""
+    for section in sections:
+        for one in section.variables:
+            for name in one.names:
+                yield section, one, name
+
+
 def bodies(one: _One) -> list[tuple[_One, ...]]:
     """Return the bodies of a statement; for IF and CASE every branch, including empty ones."""
     branches: Any = getattr(one, "branches", None)
@@ -100,7 +118,7 @@ def targets(one: t.Statement) -> Iterator[t.Variable]:
 
 
 def root_of(variable: t.Expression) -> t.Symbol | None:
-    """Return the declared variable that an access begins with."""
+    """Return the declared variable that an access begins with; None behind a pointer or call."""
     while isinstance(variable, (t.Member, t.Index)):
         variable = variable.base
     return variable.symbol if isinstance(variable, t.Use) else None

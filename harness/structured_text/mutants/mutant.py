@@ -6,7 +6,7 @@ import hashlib
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import islice, zip_longest
+from itertools import zip_longest
 from pathlib import Path
 from random import Random
 from typing import TypeVar
@@ -92,26 +92,14 @@ class Mutants:
                 self.checked = load_checked([*library, program])
         self.counted = Counted()
 
-    def of(self, file: Path) -> Iterator[Mutant]:
-        """Yield the mutants of one file in their order.
+    def of(
+        self, file: Path, order: Callable[[Iterable[Change]], Sequence[Change]] = list
+    ) -> Iterator[Mutant]:
+        """Yield the mutants of one file, in the order that `order` gives their changes.
 
         Changes that the checker refuses are skipped. Changes whose compiled code equals that of the
         original or of an earlier mutant are skipped, too.
         """
-        yield from self._of(file, list)
-
-    def sample(self, file: Path, most: int, seed: int) -> list[Mutant]:
-        """Return at most `most` mutants of one file, drawn in rounds of one per operator."""
-        chance = Random(f"{seed}:{file.name}")
-
-        def drawn(found: Iterable[Change]) -> list[Change]:
-            return in_rounds(found, lambda change: change.operator, chance)
-
-        return sorted(islice(self._of(file, drawn), most), key=lambda mutant: mutant.line)
-
-    def _of(
-        self, file: Path, order: Callable[[Iterable[Change]], list[Change]]
-    ) -> Iterator[Mutant]:
         text = source_text(file)
         source = SourceText(text, file)
         for key, node in bodies_of(parse(file)).items():

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from structured_text.language import syntax as s
 from structured_text.language.types import ArrayType, BlockType, EnumType, StructType, Type
-from structured_text.language.walk import bodies, nodes
+from structured_text.language.walk import bodies, declared, nodes
 from structured_text.mutants.text import Edit, Span
 from structured_text.mutants.walk import Body, Place, places
 
@@ -57,12 +57,9 @@ _RELATIONAL = {
     ">=": (">", "<"),
 }
 _ARITHMETIC = {"+": "-", "-": "+", "*": "/", "/": "*", "MOD": "/"}
-_TWINS = {
-    "SHL": "SHR",
-    "SHR": "SHL",
-}
-_HALVES = {"LOW": "HIGH", "HIGH": "LOW"}
-_HALF = re.compile("LOW|HIGH")
+#: Words in names of functions that are easily confused.
+_TWINS = {"SHL": "SHR", "SHR": "SHL", "LOW": "HIGH", "HIGH": "LOW"}
+_TWIN = re.compile("^SHL$|^SHR$|LOW|HIGH")
 _COUNTERS = ("SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT")
 _NOTHING = ("FALSE", "0", "0.0", "''", "BYTE#16#00", "WORD#16#0000", "DWORD#16#00000000")
 
@@ -240,11 +237,11 @@ def _twin(function: str, body: Body) -> str | None:
 
     Examples are SHR for SHL, and the function of the high word for that of the low word.
     """
-    if function in _TWINS:
-        return _TWINS[function]
-    other = _HALF.sub(lambda found: _HALVES[found[0]], function)
-    declared = body.scope.declarations.registry.pous.get(other) if other != function else None
-    return declared.node.name.text if declared is not None else None
+    other = _TWIN.sub(lambda found: _TWINS[found[0]], function)
+    if function in ("SHL", "SHR"):
+        return other
+    found = body.scope.declarations.registry.pous.get(other) if other != function else None
+    return found.node.name.text if found is not None else None
 
 
 def _value(argument: s.Argument, body: Body) -> Span:
@@ -320,13 +317,11 @@ def changes_nothing(node: s.Assign, body: Body) -> bool:
     symbol = body.scope.symbol(node.target.key)
     if symbol is None or symbol.section not in ("VAR", "RESULT"):
         return False
-    declared = any(
-        declaration.initial is not None
-        and node.target.key in {one.key for one in declaration.names}
-        for section in body.pou.sections
-        for declaration in section.variables
+    is_set = any(
+        one.initial is not None and node.target.key == name.key
+        for _, one, name in declared(body.pou.sections)
     )
-    return not declared and not _written_before(body.pou.body, node, node.target.key)
+    return not is_set and not _written_before(body.pou.body, node, node.target.key)
 
 
 def _written_before(statements: tuple[Any, ...], node: s.Assign, key: str) -> bool:

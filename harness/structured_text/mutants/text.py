@@ -12,13 +12,8 @@ from structured_text.language.lexer import tokens
 
 __all__ = ["Edit", "SourceText", "Span", "edited", "whole_lines"]
 
-_OPENING = {
-    "IF": "END_IF",
-    "CASE": "END_CASE",
-    "WHILE": "END_WHILE",
-    "FOR": "END_FOR",
-    "REPEAT": "END_REPEAT",
-}
+#: The first words of statements with an END.
+_OPENING = ("IF", "CASE", "WHILE", "FOR", "REPEAT")
 
 
 @dataclass(frozen=True)
@@ -126,21 +121,15 @@ class SourceText:
             return index, index
         if isinstance(node, s.Field):
             return self._range(node.base)[0], self._at(node.name.at)
-        if isinstance(node, s.Index):
+        if isinstance(node, (s.Part, s.Dereference)):
             first, last = self._range(node.base)
-            return first, self._closing[last + 1]
+            return first, last + (2 if isinstance(node, s.Part) else 1)
         if isinstance(node, s.Call):
             first = self._at(node.at)
             return first, self._closing[first + 1]
-        if isinstance(node, s.Invoke):
-            first, last = self._range(node.callee)
+        if isinstance(node, (s.Index, s.Invoke)):
+            first, last = self._range(node.base if isinstance(node, s.Index) else node.callee)
             return first, self._closing[last + 1]
-        if isinstance(node, s.Part):
-            first, last = self._range(node.base)
-            return first, last + 2
-        if isinstance(node, s.Dereference):
-            first, last = self._range(node.base)
-            return first, last + 1
         if isinstance(node, s.This):
             first = self._at(node.at)
             return first, first if node.pointer else first + 1
@@ -177,7 +166,7 @@ class SourceText:
             kind = self._tokens[index].type
             if kind in _OPENING:
                 depth += 1
-            elif kind in _OPENING.values():
+            elif kind.removeprefix("END_") in _OPENING:
                 depth -= 1
                 if depth == 0 and self._kind(index + 1) != "SEMICOLON":
                     # Many tools accept a missing semicolon after END_IF and the like.

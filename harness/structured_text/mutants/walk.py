@@ -12,9 +12,13 @@ from structured_text.language import tree as t
 from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
 from structured_text.language.types import Type
+from structured_text.language.walk import bodies, parts
 from structured_text.mutants.text import SourceText
 
 __all__ = ["Body", "Place", "places", "statements"]
+
+#: Fields with the variable that a node writes, calls or selects a part of.
+_WRITTEN = ("callee", "counter", "base")
 
 
 @dataclass(frozen=True)
@@ -22,7 +26,7 @@ class Place:
     """A node in a POU.
 
     Attributes:
-        node: A statement, an argument or an expression.
+        node: A statement or an expression.
         written: It is a variable that the statement assigns, or a block that it calls.
         alone: It is the only statement of its branch.
         denied: It is the operand of a NOT.
@@ -61,7 +65,7 @@ class Body:
 
 def places(body: Body) -> Iterator[Place]:
     """Yield every statement and expression, each before those inside it."""
-    yield from _statements(body.pou.body)
+    yield from _inside(body.pou)
 
 
 def statements(body: Body) -> Iterator[Any]:
@@ -70,63 +74,29 @@ def statements(body: Body) -> Iterator[Any]:
     yield from (place.node for place in places(body) if isinstance(place.node, kinds))
 
 
-def _statements(statements: tuple[s.Statement, ...]) -> Iterator[Place]:
-    for node in statements:
-        yield Place(node, alone=len(statements) == 1)
-        if isinstance(node, s.Assign):
-            yield from _expression(node.target, written=True)
-            yield from _expression(node.value)
-        elif isinstance(node, s.AssignChain):
-            for target in node.targets:
-                yield from _expression(target, written=True)
-            yield from _expression(node.value)
-        elif isinstance(node, s.Latch):
-            yield from _expression(node.target, written=True)
-            yield from _expression(node.value, written=node.op == "REF")
-        elif isinstance(node, s.CallStatement):
-            yield from _expression(node.callee, written=True)
-            for argument in node.arguments:
-                yield Place(argument)
-                yield from _expression(argument.value, written=argument.output)
-        elif isinstance(node, s.If):
-            for condition, inner in node.branches:
-                yield from _expression(condition)
-                yield from _statements(inner)
-            yield from _statements(node.otherwise)
-        elif isinstance(node, s.Case):
-            yield from _expression(node.selector)
-            for branch in node.branches:
-                yield from _statements(branch.body)
-            yield from _statements(node.otherwise)
-        elif isinstance(node, s.While):
-            yield from _expression(node.condition)
-            yield from _statements(node.body)
-        elif isinstance(node, s.Repeat):
-            yield from _statements(node.body)
-            yield from _expression(node.condition)
-        elif isinstance(node, s.For):
-            yield from _expression(node.counter, written=True)
-            for part in (node.start, node.end, node.step):
-                if part is not None:
-                    yield from _expression(part)
-            yield from _statements(node.body)
+def _inside(node: Any) -> Iterator[Place]:
+    alone = [body[0] for body in bodies(node) if len(body) == 1]
+    denied = isinstance(node, s.Unary) and node.op == "NOT"
+    for one, written in _parts(node):
+        yield Place(one, written, any(one is single for single in alone), denied)
+        yield from _inside(one)
 
 
-def _expression(node: Any, *, written: bool = False, denied: bool = False) -> Iterator[Place]:
-    yield Place(node, written=written, denied=denied)
-    if isinstance(node, s.Field):
-        yield from _expression(node.base, written=True)
-    elif isinstance(node, s.Index):
-        yield from _expression(node.base, written=True)
-        for index in node.indices:
-            yield from _expression(index)
-    elif isinstance(node, (s.Part, s.Dereference)):
-        yield from _expression(node.base, written=True)
+def _parts(node: Any) -> Iterator[tuple[Any, bool]]:
+    """Yield the statements and expressions directly in a node, and whether each is written."""
+    if isinstance(node, (s.Pou, s.Method, s.CaseBranch)):
+        yield from ((one, False) for one in node.body)
+    elif isinstance(node, (s.Assign, s.AssignChain, s.Latch)):
+        bound = isinstance(node, s.Latch) and node.op == "REF"
+        yield from ((one, bound or one is not node.value) for one in parts(node))
     elif isinstance(node, (s.Call, s.Invoke)):
-        for argument in node.arguments:
-            yield from _expression(argument.value)
-    elif isinstance(node, s.Unary):
-        yield from _expression(node.operand, denied=node.op == "NOT")
-    elif isinstance(node, s.Binary):
-        yield from _expression(node.left)
-        yield from _expression(node.right)
+        yield from ((argument.value, False) for argument in node.arguments)
+    else:
+        first = next((getattr(node, name) for name in _WRITTEN if hasattr(node, name)), None)
+        for one in parts(node):
+            if isinstance(one, s.CaseBranch):
+                yield from _parts(one)
+            elif isinstance(one, s.Argument):
+                yield one.value, one.output
+            else:
+                yield one, one is first

@@ -11,7 +11,7 @@ from structured_text.errors import InputError
 from structured_text.output.limits import Kind
 from structured_text.output.system import without_waiting
 
-__all__ = ["beginning", "check_file", "file_bytes", "file_text", "open_file"]
+__all__ = ["beginning", "check_file", "file_bytes", "file_text", "open_file", "text_of"]
 
 _MEGABYTE = 1 << 20
 #: Names of the other file types, by the test that recognizes them.
@@ -78,7 +78,11 @@ def file_text(path: str | Path, kind: Kind) -> str:
     Raises:
         InputError: as `open_file`, or it is not UTF-8.
     """
-    content = file_bytes(path, kind)
+    return text_of(file_bytes(path, kind), path)
+
+
+def text_of(content: bytes, path: str | Path) -> str:
+    """Return the text of a file's content as `file_text` does; raise InputError for other bytes."""
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -21,6 +21,7 @@ __all__ = [
     "Project",
     "Unit",
     "declared_kind",
+    "in_comment",
     "made",
     "trimmed",
     "without_comments",
@@ -152,6 +153,11 @@ def trimmed(lines: Iterable[Line]) -> Lines:
         found.pop()
     first = next((number for number, line in enumerate(found) if line.text.strip()), 0)
     return tuple(found[first:])
+
+
+def in_comment(text: str) -> str:
+    """Return a text that can stand in a comment."""
+    return text.strip().replace("*)", "* )").replace("(*", "( *")
 
 
 def without_comments(text: str) -> str:

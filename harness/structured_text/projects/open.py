@@ -92,14 +92,8 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
     if needed:
         raise _refusal(needed, places)
     unread = {unit for unit in units if isinstance(unit.piece.body, Foreign)}
-    paths = [
-        *(
-            Extract.make(unit.file, unit.piece.lines(), unit.name)
-            for unit in units
-            if unit not in unread
-        ),
-        *extra,
-    ]
+    read = (unit for unit in units if unit not in unread)
+    paths = [Extract.make(unit.file, unit.piece.lines(), unit.name) for unit in read]
     names = frozenset(unit.name.upper() for unit in project.units)
     return Sources((*paths, *extra), names, (*project.notes, *notes))
 

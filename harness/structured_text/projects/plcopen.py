@@ -21,6 +21,7 @@ from structured_text.projects.model import (
     Project,
     Unit,
     declared_kind,
+    in_comment,
     made,
     trimmed,
 )
@@ -33,10 +34,12 @@ from structured_text.projects.numbers import (
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
-__all__ = ["read_plcopen"]
+__all__ = ["KINDS", "SECTIONS", "read_plcopen"]
 
-_KINDS = {"function": "FUNCTION", "functionBlock": "FUNCTION_BLOCK", "program": "PROGRAM"}
-_SECTIONS = {
+#: The kind of POU by its `pouType`.
+KINDS = {"function": "FUNCTION", "functionBlock": "FUNCTION_BLOCK", "program": "PROGRAM"}
+#: The section of variables by its XML element.
+SECTIONS = {
     "inputVars": "VAR_INPUT",
     "outputVars": "VAR_OUTPUT",
     "inOutVars": "VAR_IN_OUT",
@@ -53,8 +56,6 @@ _QUALIFIERS = {
 }
 _PLAIN = "InterfaceAsPlainText"
 _LANGUAGES = ("ST", "IL", "LD", "FBD", "SFC", "CFC")
-#: Elements with a declaration or a body of their own.
-_OWNERS = ("pou", "Method", "Property", "Action", "Interface", "globalVars", "dataType")
 
 
 def read_plcopen(root: Element, file: Path) -> Project:
@@ -104,14 +105,14 @@ class _Reader:
 
     def _pou(self, element: Element) -> Unit:
         name = self._name(element)
-        kind = _KINDS.get(element.get("pouType"), "")
+        kind = KINDS.get(element.get("pouType"), "")
         head = _plain(element)
         if head:
             kind = declared_kind(head)
         elif kind:
             title = f"{kind} {name}{_extends(element)}"
             head = (*_comment(element), *self._head(element, title))
-        if kind not in (*_KINDS.values(), "INTERFACE"):
+        if kind not in (*KINDS.values(), "INTERFACE"):
             raise self._error(f"{name} is not a function, function block or program", element)
         end = made(element.end, f"END_{kind}")
         parts = tuple(self._parts(element, name))
@@ -126,14 +127,16 @@ class _Reader:
 
     def _head(self, element: Element, title: str) -> Iterator[Line]:
         """Yield the first line of a POU or method, and its variables."""
-        interfaces = element.all("interface")
-        for interface in interfaces:
+        for interface in element.all("interface"):
             for result in interface.all("returnType")[:1]:
                 title += f" : {self._type(_only(result, self._file))}"
         yield from made(element.at, title)
-        for interface in interfaces:
+        yield from self._variables(element)
+
+    def _variables(self, element: Element) -> Iterator[Line]:
+        for interface in element.all("interface"):
             for one in interface.children:
-                if one.name in _SECTIONS:
+                if one.name in SECTIONS:
                     yield from self._section(one, "  ")
                 elif one.name == "accessVars":
                     raise self._error("access paths (VAR_ACCESS) are not supported", one)
@@ -163,16 +166,9 @@ class _Reader:
             word = one.name.upper()
             if word in ("GETACCESSOR", "SETACCESSOR", "GET", "SET"):
                 word = word[:3]
-                variables = [
-                    line
-                    for interface in one.all("interface")
-                    for section in interface.children
-                    if section.name in _SECTIONS
-                    for line in self._section(section, "  ")
-                ]
-                start, end = made(one.at, word), made(one.end, f"END_{word}")
+                head, end = made(one.at, word), made(one.end, f"END_{word}")
                 title = f"{owner}.{name}.{word.capitalize()}"
-                accessors.append(Piece(title, (*start, *variables), _body(one), end))
+                accessors.append(Piece(title, (*head, *self._variables(one)), _body(one), end))
         end = made(element.end, "END_PROPERTY")
         return Piece(f"{owner}.{name}", head, (), end, tuple(accessors))
 
@@ -182,7 +178,7 @@ class _Reader:
         qualifiers = "".join(
             word for name, word in _QUALIFIERS.items() if element.get(name) in ("true", "1")
         )
-        yield from made(element.at, f"{indent}{_SECTIONS[element.name]}{qualifiers}")
+        yield from made(element.at, f"{indent}{SECTIONS[element.name]}{qualifiers}")
         for variable in element.all("variable"):
             yield from self._variable(variable, f"{indent}  ")
         yield from made(element.end, f"{indent}END_VAR")
@@ -232,16 +228,12 @@ class _Reader:
         name = element.name
         if name == "derived":
             return self._name(element)
-        if name in ("pointer", "reference"):
-            base = element.first("baseType")
-            word = "POINTER" if name == "pointer" else "REFERENCE"
-            return f"{word} TO {self._type(_only(base or element, self._file))}"
-        if name == "array":
-            bounds = ", ".join(
-                f"{one.get('lower')}..{one.get('upper')}" for one in element.all("dimension")
-            )
-            base = element.first("baseType")
-            return f"ARRAY [{bounds}] OF {self._type(_only(base or element, self._file))}"
+        if name in ("pointer", "reference", "array"):
+            inner = self._type(_only(element.first("baseType") or element, self._file))
+            if name != "array":
+                return f"{name.upper()} TO {inner}"
+            bounds = (f"{one.get('lower')}..{one.get('upper')}" for one in element.all("dimension"))
+            return f"ARRAY [{', '.join(bounds)}] OF {inner}"
         if name in ("subrangeSigned", "subrangeUnsigned"):
             (base,), (limits,) = element.all("baseType")[:1], element.all("range")[:1]
             kind = self._type(_only(base, self._file))
@@ -398,19 +390,15 @@ def _comment(element: Element) -> Lines:
     """Return an element's documentation as a comment for the lines before it."""
     said = [line for one in element.all("documentation") for line in trimmed(one.lines())]
     if len(said) < 2:
-        return tuple(Line(f"(* {_said(line.text)} *)", line.at) for line in said)
-    lines = (Line(f" * {_said(line.text)}".rstrip(), line.at) for line in said)
+        return tuple(Line(f"(* {in_comment(line.text)} *)", line.at) for line in said)
+    lines = (Line(f" * {in_comment(line.text)}".rstrip(), line.at) for line in said)
     return (Line("(*", said[0].at), *lines, Line(" *)", said[-1].at))
 
 
 def _note(element: Element) -> str:
     """Return an element's documentation as a comment at the end of its line."""
     said = " ".join(" ".join(one.text().split()) for one in element.all("documentation"))
-    return f" (* {_said(said)} *)" if said else ""
-
-
-def _said(text: str) -> str:
-    return text.strip().replace("*)", "* )").replace("(*", "( *")
+    return f" (* {in_comment(said)} *)" if said else ""
 
 
 def _body(element: Element) -> Lines | Foreign:

@@ -53,7 +53,6 @@ _HEADER = (
 )
 _SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP")
 _TITLE = re.compile(r"^([ \t]*TITLE[ \t]*=)[^\n]*", re.IGNORECASE | re.MULTILINE)
-_REGION = re.compile(r"\s*[^\n]*")
 #: Blocks and types with another name in the standard.
 _TYPES = {
     **{f"{name}_TIME": name for name in ("TON", "TOF", "TP")},
@@ -193,28 +192,20 @@ class _Reader:
                 if token.kind in ("attribute",) or token.text == ";":
                     place += 1
                     continue
-                raise InputError(
-                    f"{token.text!r} is not expected here",
-                    file=self._file,
-                    line=self._line(token),
-                    hint=f"an SCL source begins with {', '.join(_UNITS)}",
-                )
-            end = next(
-                (
-                    k
-                    for k in range(place, len(self._code))
-                    if self._at(k).word == f"END_{token.word}"
-                ),
-                None,
-            )
-            if end is None:
-                raise InputError(
-                    f"this {token.word} has no END_{token.word}",
-                    file=self._file,
-                    line=self._line(token),
-                )
+                hint = f"an SCL source begins with {', '.join(_UNITS)}"
+                raise self._error(f"{token.text!r} is not expected here", token, hint)
+            end = self._find(f"END_{token.word}", place, len(self._code))
+            if end == len(self._code):
+                raise self._error(f"this {token.word} has no END_{token.word}", token)
             yield self._unit(place, end)
             place = end + 1
+
+    def _error(self, message: str, token: _Token, hint: str = "") -> InputError:
+        return InputError(message, file=self._file, line=self._line(token), hint=hint)
+
+    def _find(self, word: str, first: int, end: int) -> int:
+        """Return the place of a word from `first` on, or `end`."""
+        return next((k for k in range(first, end) if self._at(k).word == word), end)
 
     def _at(self, place: int) -> _Token:
         return self._tokens[self._code[place]]
@@ -235,17 +226,19 @@ class _Reader:
         word = first.word
         kind = _UNITS[word]
         if start + 1 >= end:
-            raise InputError(f"this {word} has no name", file=self._file, line=self._line(first))
+            raise self._error(f"this {word} has no name", first)
         name = _named(self._at(start + 1))
         place = self._header(start + 2, end, word)
         self._translate(place, end)
         self._at(start + 1).new = name
         if word == "TYPE":
-            self._type(start, place, end)
+            if place < end and self._at(place).text != ":":  # `TYPE Name STRUCT` lacks the colon
+                self._at(start + 1).new = f"{name} :"
         elif word == "DATA_BLOCK":
             self._data_block(start, place, end, name)
         else:
-            self._block(place, end)
+            if (begin := self._find("BEGIN", place, end)) < end:
+                self._at(begin).new = ""
             first.new, last.new = kind, f"END_{kind}"
         lines = self._lines(self._code[start], self._code[end])
         return Unit(kind, Piece(name, lines), self._file)
@@ -273,17 +266,6 @@ class _Reader:
                 break
         return place
 
-    def _block(self, place: int, end: int) -> None:
-        for k in range(place, end):
-            if self._at(k).word == "BEGIN":
-                self._at(k).new = ""
-                break
-
-    def _type(self, start: int, place: int, end: int) -> None:
-        """Add the colon that `TYPE Name STRUCT` lacks."""
-        if place < end and self._at(place).text != ":":
-            self._at(start + 1).new = f"{self._at(start + 1).new} :"
-
     def _data_block(self, start: int, place: int, end: int, name: str) -> None:
         """Translate a data block to a global variable with its initial values.
 
@@ -291,7 +273,7 @@ class _Reader:
         """
         self._at(start).new = "VAR_GLOBAL"
         self._at(end).new = "END_VAR"
-        begin = next((k for k in range(place, end) if self._at(k).word == "BEGIN"), end)
+        begin = self._find("BEGIN", place, end)
         initial = self._initial_values(begin + 1, end)
         for k in range(begin, end):
             self._at(k).new = ""
@@ -311,11 +293,7 @@ class _Reader:
         else:
             ends = [one for one in parts if one.text != ";" and one.kind != "attribute"]
             if not ends:
-                raise InputError(
-                    f"the data block {name} has no type",
-                    file=self._file,
-                    line=self._line(self._at(start)),
-                )
+                raise self._error(f"the data block {name} has no type", self._at(start))
             for one in parts[parts.index(ends[-1]) + 1 :]:
                 one.new = ""
             if len(ends) == 1:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
+from functools import reduce
 from itertools import pairwise
 from typing import Any, Protocol
 
@@ -28,7 +29,8 @@ from structured_text.language.scalars import (
     WIDTH,
     string_length,
 )
-from structured_text.language.types import ArrayType, ElementaryType, Type
+from structured_text.language.types import ArrayType, ElementaryType, Type, type_name
+from structured_text.language.values import array_length
 from structured_text.prove import overflow, reals, texts, values
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, is_known, negated
 from structured_text.prove.overflow import Span, resized
@@ -41,10 +43,6 @@ _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 _CHAINS = {"GT": ">", "GE": ">=", "EQ": "=", "LE": "<=", "LT": "<", "NE": "<>"}
 _JOINS = {"ADD": "+", "MUL": "*", "SUB": "-", "DIV": "/", "MOD": "MOD"}
 _BITS = ("BYTE", "WORD", "DWORD", "LWORD")
-
-
-def _name(kind: Type) -> str:
-    return kind.name if isinstance(kind, ElementaryType) else ""
 
 
 class _Machine(Protocol):
@@ -104,11 +102,11 @@ class ExpressionTerms:
             index = self._position(node)
             if is_known(index):
                 return [(c, (*path, index)) for c, path in base]
-            count = _count(node.base.type)
+            assert isinstance(node.base.type, ArrayType)
             return [
                 (both(c, values.compare("=", index, place, _DINT)), (*path, place))
                 for c, path in base
-                for place in range(count)
+                for place in range(array_length(node.base.type))
             ]
         if isinstance(node, t.CallFunction):
             result: Alternatives = self._call(node)
@@ -167,7 +165,9 @@ class ExpressionTerms:
         if isinstance(node, t.Constant):
             return values.constant(node.type, node.value)
         value = self.value(node)
-        return reals.settled(value, _name(node.type)) if isinstance(value, reals.Real) else value
+        return (
+            reals.settled(value, type_name(node.type)) if isinstance(value, reals.Real) else value
+        )
 
     def value(self, node: t.Expression) -> Value:
         """Return the value of an expression; a REAL may still have double precision.
@@ -176,7 +176,7 @@ class ExpressionTerms:
         result is stored or passed.
         """
         if isinstance(node, t.Constant):
-            if _name(node.type) == "REAL" and not node.typed:
+            if type_name(node.type) == "REAL" and not node.typed:
                 return reals.constant(float(node.value), "REAL", wide=True)
             return values.constant(node.type, node.value)
         if isinstance(node, (t.Use, t.Member, t.Index)):
@@ -204,20 +204,20 @@ class ExpressionTerms:
         return self._machine.call_function(node.function, arguments)
 
     def _unary(self, node: t.Unary) -> Value:
-        if _name(node.type) in ANY_REAL:
+        if type_name(node.type) in ANY_REAL:
             return reals.negative(self.value(node.operand))
         value = self.exact(node.operand)
         if node.op == "-":
             self._machine.computes(node, lambda time: overflow.negation(value, node.type, time))
             return values.negate(value, node.type)
-        if _name(node.type) == "BOOL":
+        if type_name(node.type) == "BOOL":
             return negated(value)
         return values.combine("XOR", value, (1 << values.bits(node.type)) - 1, node.type)
 
     def _binary(self, node: t.Binary) -> Value:
-        op, name = node.op, _name(node.type)
+        op, name = node.op, type_name(node.type)
         if op in _COMPARISONS:
-            real = _name(node.left.type) in ANY_REAL
+            real = type_name(node.left.type) in ANY_REAL
             left, right = (
                 self.value(s) if real else self.exact(s) for s in (node.left, node.right)
             )
@@ -234,7 +234,7 @@ class ExpressionTerms:
             return self._real(op, self.value(node.left), self.value(node.right), name)
         left, right = self.exact(node.left), self.exact(node.right)
         if name in ANY_DURATION and op in ("*", "/"):
-            if _name(node.right.type) in ANY_REAL:
+            if type_name(node.right.type) in ANY_REAL:
                 return self._scaled(node, left, right)
             right = resized(right, node.right.type, TIME_BITS)
         return self._combined(op, left, right, node)
@@ -255,7 +255,7 @@ class ExpressionTerms:
 
     def _cut(self, number: reals.Real, width: int, kind: Type) -> Value:
         """Return a number truncated towards zero; record the obligation that it fits."""
-        signed = _name(kind) in MOMENTS or _name(kind) in SIGNED
+        signed = type_name(kind) in MOMENTS or type_name(kind) in SIGNED
         self._machine.oblige("conversion", negated(reals.fits(number, width, signed=signed)))
         return reals.cut(number, width, signed=signed)
 
@@ -279,7 +279,7 @@ class ExpressionTerms:
         # The engine does not report a REAL that does not fit the target type, so these conversions
         # are always translated, with an obligation.
         cut = name == "TRUNC" or (
-            "_TO_" in name and _name(types[0]) in ANY_REAL and _name(kind) != "STRING"
+            "_TO_" in name and type_name(types[0]) in ANY_REAL and type_name(kind) != "STRING"
         )
         if not cut and name not in _OWN and all(values.concrete(value) for value in arguments):
             self._known(node, arguments)
@@ -316,7 +316,7 @@ class ExpressionTerms:
         if name == "SQRT":
             below = reals.compare("<", arguments[0], reals.constant(0.0, "LREAL"))
             self._machine.oblige("argument", below)
-            return reals.root(arguments[0], _name(kind))
+            return reals.root(arguments[0], type_name(kind))
         if name in self._machine.summaries:
             return self._machine.summaries[name](self._machine, arguments)
         raise UnsupportedError(f"the standard function {name}")
@@ -331,12 +331,12 @@ class ExpressionTerms:
             self._machine.computes(
                 node, lambda time: overflow.arithmetic(op, left, right, kind, time)
             )
-        elif node.name == "ABS" and _name(kind) in SIGNED:
+        elif node.name == "ABS" and type_name(kind) in SIGNED:
             self._machine.computes(node, lambda time: overflow.negation(arguments[0], kind, time))
         elif "_TO_" in node.name:
             number = arguments[0]
-            if _name(source) in MOMENTS:
-                number = values.combine("/", number, _unit(_name(source)), _TIME)
+            if type_name(source) in MOMENTS:
+                number = values.combine("/", number, _unit(type_name(source)), _TIME)
             self._machine.computes(node, lambda _: overflow.conversion(number, source, kind))
 
     def _as_the_engine(self, node: t.Standard, arguments: list[Value]) -> Value:
@@ -350,41 +350,36 @@ class ExpressionTerms:
             return values.constant(node.type, eval(code, dict(NAMES)))
         except (ArithmeticError, ValueError, ProgramError):
             self._machine.oblige(_refusal(node.name), True)
-            return values.constant(node.type, "" if _name(node.type) == "STRING" else 0)
+            return values.constant(node.type, "" if type_name(node.type) == "STRING" else 0)
 
     def _folded(self, op: str, arguments: list[Value], node: t.Standard) -> Value:
         result, kind = arguments[0], node.type
         for argument in arguments[1:]:
-            if _name(kind) == "BOOL":
+            if type_name(kind) == "BOOL":
                 result = _logic(op, result, argument)
             elif isinstance(result, reals.Real):
-                name = _name(kind)
+                name = type_name(kind)
                 result = reals.settled(self._real(op, result, argument, name), name)
             else:
                 result = self._combined(op, result, argument, node)
         return result
 
     def _bounded(self, name: str, arguments: list[Value], kind: Type) -> Value:
-        def larger(one: Value, other: Value) -> Value:
-            return values.choose(values.compare(">", other, one, kind), other, one, kind)
-
-        def smaller(one: Value, other: Value) -> Value:
-            return values.choose(values.compare("<", other, one, kind), other, one, kind)
+        def bound(op: str, one: Value, other: Value) -> Value:
+            """Return `one` if it is beyond `other`, else `other`."""
+            return values.choose(values.compare(op, one, other, kind), one, other, kind)
 
         if name == "LIMIT":
             low, value, high = arguments
-            least = values.choose(values.compare(">", value, low, kind), value, low, kind)
-            return values.choose(values.compare("<", least, high, kind), least, high, kind)
-        result = arguments[0]
-        for argument in arguments[1:]:
-            result = (larger if name == "MAX" else smaller)(result, argument)
-        return result
+            return bound("<", bound(">", value, low), high)
+        op = ">" if name == "MAX" else "<"
+        return reduce(lambda result, argument: bound(op, argument, result), arguments)
 
     def _absolute(self, value: Value, node: t.Standard) -> Value:
         kind = node.type
         if isinstance(value, reals.Real):
             return reals.absolute(value)
-        if _name(kind) not in SIGNED:
+        if type_name(kind) not in SIGNED:
             return value
         self._machine.computes(node, lambda time: overflow.negation(value, kind, time))
         if is_known(value):
@@ -407,7 +402,7 @@ class ExpressionTerms:
     def _shift(self, node: t.Standard, value: Value, count: Value) -> Value:
         kind, name = node.type, node.name
         width = values.bits(kind)
-        if _name(kind) == "BOOL":
+        if type_name(kind) == "BOOL":
             none = values.compare("=", count, 0, node.arguments[1].type)
             return value if name in ("ROL", "ROR") else both(value, none)
         if name in ("ROL", "ROR") and not is_known(count):
@@ -537,7 +532,7 @@ class ExpressionTerms:
 
     def _from_moment(self, value: Value, source: str, node: t.Standard) -> Value:
         to, unit = node.type, _unit(source)
-        if _name(to) not in ANY_REAL:
+        if type_name(to) not in ANY_REAL:
             whole = values.combine("/", value, unit, _TIME)
             self._machine.computes(node, lambda _: overflow.conversion(whole, _TIME, to))
             return resized(whole, _TIME, values.bits(to))
@@ -549,7 +544,7 @@ class ExpressionTerms:
         self._machine.oblige("time", negated(inside))
         second = reals.constant(float(unit), "LREAL")
         number = reals.from_integer(value, "LREAL", signed=True)
-        return reals.settled(reals.arithmetic("/", number, second, "LREAL"), _name(to))
+        return reals.settled(reals.arithmetic("/", number, second, "LREAL"), type_name(to))
 
 
 _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
@@ -610,11 +605,3 @@ def _overflows(op: str, left: Value, right: Value, kind: Type) -> Bool:
     else:
         fits = z3.And(z3.BVSubNoOverflow(a, b), z3.BVSubNoUnderflow(a, b, True))
     return z3.Not(fits)
-
-
-def _count(kind: Type) -> int:
-    assert isinstance(kind, ArrayType)
-    count = 1
-    for low, high in kind.bounds:
-        count *= high - low + 1
-    return count

@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any
 
 import z3
@@ -70,16 +70,12 @@ def _own(path: Path, block: BlockType, project: Project, copies: Copies) -> Iter
             continue
         place = (*path, symbol.name.upper())
         if is_scalar(symbol.type):
-            if not symbol.constant and _countable(symbol.type):
+            if not symbol.constant and values.is_number(symbol.type):
                 yield _Variable(place, symbol.type, symbol.initial)
         elif isinstance(symbol.type, BlockType):
             pou = project.pous.get(symbol.type.name.upper())
             if pou is not None and pou.file in copies.originals:
                 yield from _own(place, symbol.type, project, copies)
-
-
-def _countable(kind: Type) -> bool:
-    return values.bits(kind) > 0 or kind == ElementaryType("BOOL")
 
 
 def _ranges(own: list[_Variable], numbers: list[int]) -> Iterator[Candidate]:
@@ -114,37 +110,23 @@ def _pairs(own: list[_Variable]) -> Iterator[Candidate]:
     stages = [one for one in own if isinstance(one.type, EnumType)]
     if len(flags) > _PAIRS:
         return
-    for one, other in combinations(flags, 2):
-        for left in (True, False):
-            for right in (True, False):
-                yield Candidate(
-                    f"{one.path} {left} or {other.path} {right}",
-                    _either((one, left), (other, right)),
-                )
-    for flag in flags:
-        for stage in stages:
-            assert isinstance(stage.type, EnumType)
-            for member in range(len(stage.type.members)):
-                for wanted in (True, False):
-                    yield Candidate(
-                        f"{flag.path} {wanted} or {stage.path} <> {member}",
-                        _unless(flag, wanted, stage, member),
-                    )
+    both = (True, False)
+    for (one, other), left, right in product(combinations(flags, 2), both, both):
+        text = f"{one.path} {left} or {other.path} {right}"
+        yield Candidate(text, _either(_flag(one, left), _flag(other, right)))
+    for flag, stage in product(flags, stages):
+        assert isinstance(stage.type, EnumType)
+        for member, wanted in product(range(len(stage.type.members)), both):
+            text = f"{flag.path} {wanted} or {stage.path} <> {member}"
+            yield Candidate(text, _either(_flag(flag, wanted), _compared("<>", stage, member)))
 
 
-def _either(*flags: tuple[_Variable, bool]) -> Callable[[Look], Any]:
-    return lambda look: z3.Or(
-        *(look(one.path) if wanted else z3.Not(look(one.path)) for one, wanted in flags)
-    )
+def _flag(one: _Variable, wanted: bool) -> Callable[[Look], Any]:
+    return lambda look: look(one.path) if wanted else z3.Not(look(one.path))
 
 
-def _unless(flag: _Variable, wanted: bool, stage: _Variable, member: int) -> Callable[[Look], Any]:
-    def of(look: Look) -> Any:
-        is_so = look(flag.path) if wanted else z3.Not(look(flag.path))
-        other = values.compare("<>", look(stage.path), member, stage.type)
-        return z3.Or(is_so, _term(other))
-
-    return of
+def _either(first: Callable[[Look], Any], second: Callable[[Look], Any]) -> Callable[[Look], Any]:
+    return lambda look: z3.Or(first(look), second(look))
 
 
 def _term(value: Any) -> Any:

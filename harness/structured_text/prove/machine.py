@@ -41,6 +41,9 @@ _ROUNDS = 4096
 #: possible. A superfluous round changes nothing, because its condition cannot hold.
 _ASKED = 16
 
+#: The condition of a branch, and the function that runs it.
+_Branch = tuple[Bool, Callable[[], None]]
+
 
 @dataclass(frozen=True)
 class Obligation:
@@ -243,24 +246,15 @@ class Machine(SymbolicMemory):
             if gone is True:
                 break
             if gone is not False:
-                rest = statements[number:]
-                inner = _Left()
-
-                def follow(rest: tuple[t.Statement, ...] = rest, inner: _Left = inner) -> None:
-                    inner.take(self._statements(rest))
-
-                self._guarded(negated(gone), follow)
-                left.take(inner, negated(gone))
+                branches: list[_Branch] = []
+                self._add_branch(branches, negated(gone), statements[number:], left, True)
+                self._branches(branches)
                 break
             self._at = (self.frame.pou.file, statement.at.line)
             left.take(self._statement(statement))
         return left
 
-    def _guarded(self, condition: Bool, body: Callable[[], None]) -> None:
-        """Run `body`; its effects apply only under a condition."""
-        self._branches([(condition, body)])
-
-    def _branches(self, branches: list[tuple[Bool, Callable[[], None]]]) -> None:
+    def _branches(self, branches: list[_Branch]) -> None:
         """Run each body on a copy of the memory and join the results.
 
         The first branch with a true condition takes effect.
@@ -396,8 +390,8 @@ class Machine(SymbolicMemory):
         else:
             selector = self.expressions.exact(node.selector)
             kind = node.selector.type
-            tests = [partial(_labelled_any, selector, item[0], kind) for item in node.branches]
-        branches: list[tuple[Bool, Callable[[], None]]] = []
+            tests = [partial(_labelled, selector, item[0], kind) for item in node.branches]
+        branches: list[_Branch] = []
         none: Bool = True
         bodies = [body for _, body in node.branches]
         # All conditions are evaluated on the memory before the branches, because a condition in
@@ -417,7 +411,7 @@ class Machine(SymbolicMemory):
 
     def _add_branch(
         self,
-        branches: list[tuple[Bool, Callable[[], None]]],
+        branches: list[_Branch],
         test: Bool,
         body: tuple[t.Statement, ...],
         left: _Left,
@@ -524,13 +518,16 @@ class _Left:
         self.exits = either(self.exits, both(under, other.exits))
 
 
-def _labelled_any(selector: Value, labels: Iterable[tuple[int, int]], kind: Type) -> Bool:
-    return either(*(_labelled(selector, low, high, kind) for low, high in labels))
-
-
-def _labelled(selector: Value, low: int, high: int, kind: Type) -> Bool:
-    if low == high:
-        return values.compare("=", selector, low, kind)
-    return both(
-        values.compare(">=", selector, low, kind), values.compare("<=", selector, high, kind)
+def _labelled(selector: Value, labels: Iterable[tuple[int, int]], kind: Type) -> Bool:
+    """Return the condition that one of the labels of a CASE selects."""
+    return either(
+        *(
+            values.compare("=", selector, low, kind)
+            if low == high
+            else both(
+                values.compare(">=", selector, low, kind),
+                values.compare("<=", selector, high, kind),
+            )
+            for low, high in labels
+        )
     )

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import struct
-from itertools import product
 from typing import Any
 
 import z3
 
 from structured_text.language.displayed import value_text
-from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
-from structured_text.language.values import scalar_to_python
+from structured_text.language.types import ArrayType, ElementaryType, Type, members
+from structured_text.language.values import indices_at, scalar_to_python
 from structured_text.prove.search import value_of
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.symbolic_memory import Path, SymbolicMemory
@@ -66,14 +65,10 @@ class Names:
         text, kind = self._roots[place[:2]]
         for step in place[2:]:
             if isinstance(kind, ArrayType):
-                indices = list(product(*(range(low, high + 1) for low, high in kind.bounds)))
-                text, kind = f"{text}[{','.join(map(str, indices[int(step)]))}]", kind.element
+                indices = ",".join(map(str, indices_at(kind, int(step))))
+                text, kind = f"{text}[{indices}]", kind.element
                 continue
-            inner: dict[str, tuple[str, Type]] = {}
-            if isinstance(kind, StructType):
-                inner = {name.upper(): (name, part) for name, part in kind.fields}
-            elif isinstance(kind, BlockType):
-                inner = {one.name.upper(): (one.name, one.type) for one in kind.variables}
+            inner = {name.upper(): (name, part) for name, part in members(kind)}
             if step not in inner:
                 return None
             name, kind = inner[step]

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import z3
 
 from structured_text.language import tree as t
-from structured_text.language.scalars import ANY_BIT, ANY_DATE, INT_RANGE, MOMENTS, SIGNED
-from structured_text.language.types import ElementaryType, Type
+from structured_text.language.scalars import ANY_BIT, ANY_DATE, INT_RANGE
+from structured_text.language.types import Type, type_name
 from structured_text.prove import values
 from structured_text.prove.logic import Bool, both, either, is_known
 from structured_text.prove.values import Value
@@ -58,19 +58,11 @@ class Operation:
         return False if leaves is False else both(*self.reached, leaves)
 
 
-def _name(kind: Type) -> str:
-    return kind.name if isinstance(kind, ElementaryType) else ""
-
-
-def _is_signed(kind: Type) -> bool:
-    return _name(kind) in (*SIGNED, *MOMENTS)
-
-
 def _span(kind: Type, time: Span = NANOSECONDS) -> Span | None:
     """Return the lowest and the highest number of a type; None if the type is not numeric."""
-    if _name(kind) in ANY_DATE:
+    if type_name(kind) in ANY_DATE:
         return NANOSECONDS
-    return time if values.is_duration(kind) else INT_RANGE.get(_name(kind))
+    return time if values.is_duration(kind) else INT_RANGE.get(type_name(kind))
 
 
 def resized(value: Value, kind: Type, width: int) -> Value:
@@ -79,7 +71,7 @@ def resized(value: Value, kind: Type, width: int) -> Value:
         return value
     if value.size() > width:
         return z3.Extract(width - 1, 0, value)
-    extend = z3.SignExt if _is_signed(kind) else z3.ZeroExt
+    extend = z3.SignExt if values.is_signed(kind) else z3.ZeroExt
     return extend(width - value.size(), value)
 
 
@@ -91,7 +83,7 @@ def _outside(value: Value, low: int, high: int, kind: Type) -> Bool:
     if is_known(value):
         return not low <= value <= high
     least, most = (0, (1 << value.size()) - 1)
-    if _is_signed(kind):
+    if values.is_signed(kind):
         least, most = -(1 << value.size() - 1), (1 << value.size() - 1) - 1
     return either(
         values.compare("<", value, low, kind) if low > least else False,
@@ -117,7 +109,7 @@ def arithmetic(op: str, left: Value, right: Value, kind: Type, time: Span) -> Bo
         return False
     low, high = limits
     if op in ("/", "MOD"):
-        if not _is_signed(kind):
+        if not values.is_signed(kind):
             return False
         return both(values.compare("=", left, low, kind), values.compare("=", right, -1, kind))
     if is_known(left) and is_known(right):
@@ -147,7 +139,7 @@ def _with_known(op: str, left: Value, number: int, low: int, high: int, kind: Ty
 
 
 def _product(left: Value, right: Value, low: int, high: int, kind: Type) -> Bool:
-    signed = _is_signed(kind)
+    signed = values.is_signed(kind)
     inside = [z3.BVMulNoOverflow(left, right, signed)]
     if signed:
         inside.append(z3.BVMulNoUnderflow(left, right))
@@ -165,8 +157,8 @@ def conversion(value: Value, source: Type, target: Type) -> Bool:
 
     A bit string and a number of the same width exchange the bit pattern unchanged.
     """
-    bits = [one for one in (source, target) if _name(one) in ANY_BIT]
-    limits = INT_RANGE.get(_name(target))
+    bits = [one for one in (source, target) if type_name(one) in ANY_BIT]
+    limits = INT_RANGE.get(type_name(target))
     if limits is None or _span(source) is None:
         return False
     low, high = limits
@@ -174,5 +166,5 @@ def conversion(value: Value, source: Type, target: Type) -> Bool:
         width = values.bits(target)
         if width >= values.bits(source):
             return False
-        low, high = -(1 << width - 1) if _is_signed(source) else 0, (1 << width) - 1
+        low, high = -(1 << width - 1) if values.is_signed(source) else 0, (1 << width) - 1
     return _outside(value, low, high, source)

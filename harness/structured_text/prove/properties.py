@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import prod
 from typing import Any
 
 from structured_text.language.printer import expression_text
 from structured_text.language.project import Project
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, BlockType, Type
+from structured_text.language.values import array_length
 from structured_text.language.walk import calls_of, root_of, statements, targets
 from structured_text.prove.assertions import STOPS, Copies
 from structured_text.prove.logic import Bool, both, either, negated
@@ -188,8 +188,7 @@ def _blocks(path: Path, kind: Type) -> Iterator[tuple[Path, BlockType]]:
     if isinstance(kind, BlockType):
         yield path, kind
     elif isinstance(kind, ArrayType) and isinstance(kind.element, (ArrayType, BlockType)):
-        count = prod(high - low + 1 for low, high in kind.bounds)
-        for place in range(count):
+        for place in range(array_length(kind)):
             yield from _blocks((*path, place), kind.element)
 
 

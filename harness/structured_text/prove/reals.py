@@ -9,7 +9,6 @@ untyped literal keeps double precision in REAL arithmetic until the result is st
 from __future__ import annotations
 
 import math
-import operator
 import struct
 from ctypes import c_float
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from typing import Any
 
 import z3
 
+from structured_text.language.arithmetic import ARITHMETIC, COMPARISONS
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated, truth
 
 __all__ = [
@@ -97,11 +97,7 @@ def _double(number: Real) -> Any:
         return z3.FPVal(number.value, z3.Float64())
     if number.halved:
         factor = z3.FPVal(2.0**number.halved, z3.Float64())
-        return z3.fpMul(
-            z3.RNE(),
-            z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(number.value, z3.Float32()), z3.Float64()),
-            factor,
-        )
+        return z3.fpMul(z3.RNE(), _double(Real(number.value)), factor)
     if number.double:
         return number.value
     return z3.fpFPToFP(z3.RNE(), _single(number), z3.Float64())
@@ -177,14 +173,6 @@ def _key(number: Real) -> Any:
     return z3.If(zero, z3.BitVecVal(_SIGN, 32), z3.If(negative, ~pattern, pattern ^ _SIGN))
 
 
-_PYTHON = {
-    "=": lambda a, b: a == b,
-    "<>": lambda a, b: a != b,
-    "<": lambda a, b: a < b,
-    ">": lambda a, b: a > b,
-    "<=": lambda a, b: a <= b,
-    ">=": lambda a, b: a >= b,
-}
 _ORDER = {"=": lambda a, b: a == b, "<": z3.ULT, ">": z3.UGT, "<=": z3.ULE, ">=": z3.UGE}
 _DOUBLE = {"=": z3.fpEQ, "<": z3.fpLT, ">": z3.fpGT, "<=": z3.fpLEQ, ">=": z3.fpGEQ}
 _MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "=": "=", "<>": "<>"}
@@ -193,7 +181,7 @@ _MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "=": "=", "<>": "<>"}
 def compare(op: str, left: Real, right: Real) -> Bool:
     """Return a comparison, in which NaN is unequal to everything."""
     if left.known and right.known:
-        return bool(_PYTHON[op](left.value, right.value))
+        return bool(COMPARISONS[op](left.value, right.value))
     if op == "<>":
         return negated(compare("=", left, right))
     if left.known:
@@ -233,14 +221,6 @@ def _neighbour(value: float, *, up: bool) -> float:
     return float(struct.unpack("<f", struct.pack("<i", pattern + step))[0])
 
 
-_ARITHMETIC = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": operator.truediv,
-}
-
-
 def arithmetic(op: str, left: Real, right: Real, kind: str) -> Real:
     """Return the sum, difference, product or quotient in the precision that the engines use.
 
@@ -251,7 +231,7 @@ def arithmetic(op: str, left: Real, right: Real, kind: str) -> Real:
         raise UnsupportedError(f"{op} of REAL")
     double = kind == "LREAL" or left.double or right.double
     if left.known and right.known and (op != "/" or right.value != 0):
-        value = _ARITHMETIC[op](left.value, right.value)
+        value = ARITHMETIC[op](left.value, right.value)
         return Real(value if double else c_float(value).value, double)
     power = right.known and right.value == 2.0 and op in "*/"
     if double and power and not (left.double or left.known):

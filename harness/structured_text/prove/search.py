@@ -101,7 +101,7 @@ class Search:
             if is_temporary(path):
                 continue
             kind = self.machine.type_of(path)
-            if _is_number(kind) and not isinstance(value, (bool, int)) and value.num_args():
+            if values.is_number(kind) and not isinstance(value, (bool, int)) and value.num_args():
                 name = z3.Const(f"{'.'.join(map(str, path))}@{number}", value.sort())
                 self.names.append(name == value)
                 durations = literals(value) if values.is_duration(kind) else None
@@ -152,7 +152,7 @@ class Search:
         paths = [
             path
             for path in state
-            if not is_temporary(path) and _is_number(self.machine.type_of(path))
+            if not is_temporary(path) and values.is_number(self.machine.type_of(path))
         ]
         known = {path: state[path] for path in paths if isinstance(state[path], (bool, int))}
         open_ = [path for path in paths if path not in known]
@@ -170,10 +170,6 @@ class Search:
 def is_temporary(path: Path) -> bool:
     """Return whether a path is a variable of a function, or a VAR_TEMP, of a finished call."""
     return str(path[0]).startswith("#")
-
-
-def _is_number(kind: Type) -> bool:
-    return values.bits(kind) > 0 or kind == ElementaryType("BOOL")
 
 
 def _as_bits(term: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any, Protocol
 
 from structured_text.language.scalars import ELEMENTARY
@@ -29,6 +30,7 @@ def _kind(name: str) -> str:
     return name if name.endswith("_TRIG") else name.removeprefix("L").partition("_")[0]
 
 
+@cache
 def memory(name: str) -> tuple[tuple[str, str], ...]:
     """Return the names and elementary types of an instance's variables, its pins first."""
     pins = [(pin.name, getattr(pin.type, "name", "")) for pin in BLOCKS[name].variables]

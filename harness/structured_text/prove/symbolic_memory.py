@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import z3
@@ -16,6 +15,7 @@ from structured_text.engines.builtin.storage import is_scalar, stored
 from structured_text.language.project import Project
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from structured_text.language.values import array_length
 from structured_text.prove import standard, values
 from structured_text.prove.logic import Bool
 from structured_text.prove.values import Value
@@ -43,11 +43,6 @@ class Leaf:
         return isinstance(self.type, ArrayType)
 
 
-@lru_cache(maxsize=4096)
-def _standard_memory(name: str) -> tuple[tuple[str, str], ...]:
-    return standard.memory(name)
-
-
 def leaves(kind: Type, project: Project) -> tuple[Leaf, ...]:
     """Return the scalars of a variable of this type, in order."""
     return tuple(_leaves(kind, project))
@@ -58,7 +53,7 @@ def _leaves(kind: Type, project: Project) -> Iterator[Leaf]:
         yield Leaf((), kind)
     elif isinstance(kind, ArrayType):
         inner = leaves(kind.element, project)
-        for place in range(_count(kind)):
+        for place in range(array_length(kind)):
             for leaf in inner:
                 yield Leaf((place, *leaf.suffix), leaf.type)
     elif isinstance(kind, StructType):
@@ -67,7 +62,7 @@ def _leaves(kind: Type, project: Project) -> Iterator[Leaf]:
                 yield Leaf((name.upper(), *leaf.suffix), leaf.type)
     elif isinstance(kind, BlockType):
         if kind.name in BLOCKS:
-            for name, elementary in _standard_memory(kind.name):
+            for name, elementary in standard.memory(kind.name):
                 yield Leaf((name,), ElementaryType(elementary))
         else:
             for symbol in stored(project.pous[kind.name.upper()].symbols.values()):
@@ -76,14 +71,9 @@ def _leaves(kind: Type, project: Project) -> Iterator[Leaf]:
 
 
 def _is_long(kind: Type) -> bool:
-    return isinstance(kind, ArrayType) and values.bits(kind.element) > 0 and _count(kind) > _LONG
-
-
-def _count(kind: ArrayType) -> int:
-    count = 1
-    for low, high in kind.bounds:
-        count *= high - low + 1
-    return count
+    return (
+        isinstance(kind, ArrayType) and values.bits(kind.element) > 0 and array_length(kind) > _LONG
+    )
 
 
 class SymbolicMemory:
@@ -134,7 +124,7 @@ class SymbolicMemory:
             self._types[path] = kind
             self._memory[path] = _long_array(kind, initial)
         elif isinstance(kind, ArrayType):
-            for place in range(_count(kind)):
+            for place in range(array_length(kind)):
                 value = None if isinstance(kind.element, BlockType) else initial[place]
                 self.create((*path, place), kind.element, value)
         else:

@@ -139,14 +139,12 @@ def equal(left: Text, right: Text) -> Bool:
 
 def compare(op: str, left: Text, right: Text) -> Bool:
     """Return the comparison of two texts, by the codes of the first characters that differ."""
-    if op in ("=", "<>"):
-        same = equal(left, right)
-        return same if op == "=" else negated(same)
-    if op in (">", "<="):
-        below = _below(right, left)
-        return below if op == ">" else negated(below)
-    below = _below(left, right)
-    return below if op == "<" else negated(below)
+    opposite = {"<>": "=", "<=": ">", ">=": "<"}
+    if op in opposite:
+        return negated(compare(opposite[op], left, right))
+    if op == "=":
+        return equal(left, right)
+    return _below(left, right) if op == "<" else _below(right, left)
 
 
 def _below(left: Text, right: Text) -> Bool:
@@ -192,23 +190,20 @@ def _wide(value: Any) -> Any:
 
 def mid(text: Text, count: Any, position: Any) -> Text:
     """Return MID for a count that is not negative and a position from 1 on."""
-    limit = _wide(count)
     most = max(min(count, text.most), 0) if is_known(count) else text.most
-    if is_known(position):
-        start = min(max(position - 1, 0), STRING_MAX)
-        if is_known(text.size) and is_known(count):
-            size: Any = max(min(text.size - start, count), 0)
-        else:
-            whole = _wide(text.size)
-            rest = z3.If(z3.UGT(whole, start), whole - start, z3.BitVecVal(0, 16))
-            size = z3.If(z3.ULT(rest, limit), rest, limit)
-        return Text(size, most, lambda i: text.char(start + i))
-    start = _wide(position) - 1
-    whole = _wide(text.size)
-    rest = z3.If(z3.UGT(whole, start), whole - start, z3.BitVecVal(0, 16))
-    size = z3.If(z3.ULT(rest, limit), rest, limit)
+    start: Any = (
+        min(max(position - 1, 0), STRING_MAX) if is_known(position) else _wide(position) - 1
+    )
+    if is_known(position) and is_known(text.size) and is_known(count):
+        size: Any = max(min(text.size - start, count), 0)
+    else:
+        whole, limit = _wide(text.size), _wide(count)
+        rest = z3.If(z3.UGT(whole, start), whole - start, z3.BitVecVal(0, 16))
+        size = z3.If(z3.ULT(rest, limit), rest, limit)
 
     def char(place: int) -> Any:
+        if is_known(position):
+            return text.char(start + place)
         term: Any = z3.BitVecVal(0, 8)
         for at in range(text.most):
             term = z3.If(start + place == at, _one(text.char(at), 8), term)

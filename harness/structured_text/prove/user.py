@@ -423,13 +423,12 @@ class _Work:
         about = f"{result.says}: broken in the last scan" + (f" ({result.at})" if result.at else "")
         files = self.copies.files
         came = self.bench.replay(run, self.around, files, stimulus, about=about, chart=chart)
+        del self.open[key]
         if not self._shows(key, came, len(run.steps)):
             why = "; ".join(came.differences[:_SHOWN]) or "the run shows no violation"
             note = f"THE TRANSLATION IS WRONG, please report it: {stimulus} breaks nothing: {why}"
-            del self.open[key]
             self.done[key] = replace(result, note=note, stimulus=str(stimulus))
         else:
-            del self.open[key]
             self.done[key] = replace(
                 result,
                 status=REFUTED,

@@ -8,12 +8,12 @@ STRING is `texts.Text`.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable
 from typing import Any
 
 import z3
 
+from structured_text.language.arithmetic import ARITHMETIC, COMPARISONS, LOGIC, quotient, remainder
 from structured_text.language.scalars import (
     ANY_DATE,
     ANY_DURATION,
@@ -25,7 +25,7 @@ from structured_text.language.scalars import (
     Scalar,
     string_length,
 )
-from structured_text.language.types import ElementaryType, EnumType, Type
+from structured_text.language.types import ElementaryType, EnumType, Type, type_name
 from structured_text.prove import reals, texts
 from structured_text.prove.logic import (
     Bool,
@@ -50,6 +50,7 @@ __all__ = [
     "concrete",
     "constant",
     "is_duration",
+    "is_signed",
     "legal",
     "negate",
     "scalar",
@@ -67,21 +68,23 @@ def bits(kind: Type) -> int:
     """Return the width of the bit-vector of a numeric type; 0 for any other type."""
     if isinstance(kind, EnumType):
         return ENUM_BITS
-    name = _name(kind)
+    name = type_name(kind)
     return TIME_BITS if name in MOMENTS else WIDTH.get(name, 0)
 
 
-def _name(kind: Type) -> str:
-    return kind.name if isinstance(kind, ElementaryType) else ""
+def is_number(kind: Type) -> bool:
+    """Return whether a type is numeric or BOOL, so that its values are single terms."""
+    return bits(kind) > 0 or type_name(kind) == "BOOL"
 
 
 def is_duration(kind: Type) -> bool:
     """Return whether the type is TIME or LTIME."""
-    return _name(kind) in ANY_DURATION
+    return type_name(kind) in ANY_DURATION
 
 
-def _signed(kind: Type) -> bool:
-    name = _name(kind)
+def is_signed(kind: Type) -> bool:
+    """Return whether the numbers of a type have a sign."""
+    name = type_name(kind)
     return name in SIGNED or name in MOMENTS
 
 
@@ -90,7 +93,7 @@ def _is_text(kind: Type) -> bool:
 
     Raise UnsupportedError if it is a WSTRING or WCHAR.
     """
-    name = _name(kind)
+    name = type_name(kind)
     if name in ("WSTRING", "WCHAR"):
         raise UnsupportedError(f"a {name}")
     return name in ("STRING", "CHAR")
@@ -98,19 +101,19 @@ def _is_text(kind: Type) -> bool:
 
 def constant(kind: Type, value: Scalar) -> Value:
     """Return the value of a literal or an initial value."""
-    if _name(kind) in ANY_REAL:
-        return reals.constant(float(value), _name(kind))
+    if type_name(kind) in ANY_REAL:
+        return reals.constant(float(value), type_name(kind))
     if _is_text(kind):
         return texts.constant(str(value))
-    return bool(value) if _name(kind) == "BOOL" else int(value)
+    return bool(value) if type_name(kind) == "BOOL" else int(value)
 
 
 def anything(kind: Type, name: str) -> Value:
     """Return an arbitrary value of a scalar type, as a new variable of the solver."""
-    if _name(kind) == "BOOL":
+    if type_name(kind) == "BOOL":
         return z3.Bool(name)
-    if _name(kind) in ANY_REAL:
-        return reals.anything(name, _name(kind))
+    if type_name(kind) in ANY_REAL:
+        return reals.anything(name, type_name(kind))
     if _is_text(kind):
         assert isinstance(kind, ElementaryType)
         return texts.anything(name, string_length(kind), exact=kind.name == "CHAR")
@@ -127,7 +130,7 @@ def legal(kind: Type, value: Value) -> Bool:
     if isinstance(kind, EnumType):
         return truth(z3.ULT(value, len(kind.members)))
     if bits(kind) == TIME_BITS:
-        low = 0 if _name(kind) in ANY_DATE else -(1 << 63)
+        low = 0 if type_name(kind) in ANY_DATE else -(1 << 63)
         return truth(z3.And(value >= low, value < 1 << 63))
     return texts.legal(value) if _is_text(kind) else True
 
@@ -141,14 +144,14 @@ def scalar(kind: Type, value: Value) -> z3.ExprRef:
         raise TypeError("a REAL or STRING is not a single term")
     if not is_known(value):
         return value
-    if _name(kind) == "BOOL":
+    if type_name(kind) == "BOOL":
         return z3.BoolVal(bool(value))
     return z3.BitVecVal(int(value), bits(kind))
 
 
 def wrapped(kind: Type, value: int) -> int:
     """Return a number wrapped into the range of an integer type, as the PLC's registers do."""
-    name = _name(kind)
+    name = type_name(kind)
     if name not in INT_RANGE:
         return value
     low, _ = INT_RANGE[name]
@@ -167,7 +170,7 @@ def choose(condition: Bool, yes: Value, no: Value, kind: Type) -> Value:
         return texts.choose(condition, yes, no)
     if is_known(yes) and is_known(no) and yes == no:
         return yes
-    if _name(kind) == "BOOL":
+    if type_name(kind) == "BOOL":
         return _choose_bool(condition, yes, no)
     left, right = scalar(kind, yes), scalar(kind, no)
     return left if left.eq(right) else z3.If(condition, left, right)
@@ -185,20 +188,7 @@ def _choose_bool(condition: Any, yes: Bool, no: Bool) -> Bool:
     return yes if yes.eq(no) else z3.If(condition, yes, no)
 
 
-_PYTHON: dict[str, Callable[[Any, Any], Any]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "AND": operator.and_,
-    "OR": operator.or_,
-    "XOR": operator.xor,
-    "=": operator.eq,
-    "<>": operator.ne,
-    "<": operator.lt,
-    ">": operator.gt,
-    "<=": operator.le,
-    ">=": operator.ge,
-}
+_PYTHON = ARITHMETIC | LOGIC | COMPARISONS
 _UNSIGNED: dict[str, Callable[[Any, Any], Any]] = {
     "<": z3.ULT,
     ">": z3.UGT,
@@ -215,13 +205,13 @@ def compare(op: str, left: Value, right: Value, kind: Type) -> Bool:
         return texts.compare(op, left, right)
     if is_known(left) and is_known(right):
         return bool(_PYTHON[op](left, right))
-    if _name(kind) == "BOOL" and op not in ("=", "<>"):
+    if type_name(kind) == "BOOL" and op not in ("=", "<>"):
         less, more = (left, right) if op in ("<", "<=") else (right, left)
         return both(negated(less), more) if op in ("<", ">") else either(negated(less), more)
     if op in ("=", "<>"):
         same = equal(scalar(kind, left), scalar(kind, right))
         return same if op == "=" else negated(same)
-    call = _PYTHON[op] if _signed(kind) else _UNSIGNED[op]
+    call = _PYTHON[op] if is_signed(kind) else _UNSIGNED[op]
     return truth(call(scalar(kind, left), scalar(kind, right)))
 
 
@@ -233,7 +223,7 @@ def combine(op: str, left: Value, right: Value, kind: Type) -> Value:
     """
     if is_known(left) and is_known(right):
         return _known(op, left, right, kind)
-    if op in ("AND", "OR", "XOR") and _name(kind) != "BOOL":
+    if op in ("AND", "OR", "XOR") and type_name(kind) != "BOOL":
         for one, other in ((left, right), (right, left)):
             if is_known(one) and op in ("OR", "XOR") and one == 0:
                 return other
@@ -244,23 +234,17 @@ def combine(op: str, left: Value, right: Value, kind: Type) -> Value:
     a, b = scalar(kind, left), scalar(kind, right)
     if op in ("/", "MOD"):
         if op == "/":
-            return a / b if _signed(kind) else z3.UDiv(a, b)
-        rest = z3.SRem(a, b) if _signed(kind) else z3.URem(a, b)
+            return a / b if is_signed(kind) else z3.UDiv(a, b)
+        rest = z3.SRem(a, b) if is_signed(kind) else z3.URem(a, b)
         return z3.If(b == 0, z3.BitVecVal(0, bits(kind)), rest)
-    return {"AND": operator.and_, "OR": operator.or_, "XOR": operator.xor}.get(op, _PYTHON[op])(
-        a, b
-    )
+    return _PYTHON[op](a, b)
 
 
 def _known(op: str, left: int, right: int, kind: Type) -> int:
     if op == "MOD":
-        rest = abs(left) % abs(right) if right else 0
-        return -rest if left < 0 else rest
+        return remainder(left, right)
     if op == "/":
-        if right == 0:
-            return 0
-        quotient = abs(left) // abs(right)
-        return wrapped(kind, quotient if (left < 0) == (right < 0) else -quotient)
+        return wrapped(kind, quotient(left, right)) if right else 0
     return wrapped(kind, _PYTHON[op](left, right))
 
 

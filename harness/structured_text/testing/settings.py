@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from configparser import ConfigParser
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -11,10 +12,6 @@ import pytest
 from structured_text.errors import COMMAND, InputError, did_you_mean
 
 __all__ = ["is_on", "project", "unknown_key"]
-
-#: Texts of a switch in the ini file.
-_SWITCH = {"true": True, "1": True, "yes": True, "on": True}
-_SWITCH |= {"false": False, "0": False, "no": False, "off": False, "": False}
 
 
 def project(config: pytest.Config) -> Path:
@@ -27,9 +24,10 @@ def is_on(config: pytest.Config, name: str) -> bool:
     if config.getoption(f"{COMMAND}_{name}") is not None:
         return True
     text = str(config.getini(f"{COMMAND}_{name}") or "")
-    if text.strip().lower() not in _SWITCH:
+    found = ConfigParser.BOOLEAN_STATES.get(text.strip().lower() or "no")
+    if found is None:
         raise InputError(f"{COMMAND}_{name} is {text!r}", hint="write true or false")
-    return _SWITCH[text.strip().lower()]
+    return found
 
 
 def unknown_key(key: str, names: Sequence[str], file: Path | None) -> InputError:

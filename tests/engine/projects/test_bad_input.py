@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from mistakes import check
 from rcx_harness.cli.app import main
-from structured_text.language.load import check
 from structured_text.language.source import source_text
 from structured_text.projects.open import project_sources
 

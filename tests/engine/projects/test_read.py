@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from mistakes import check
 from rcx_harness.cli.app import main
-from structured_text.language.load import check
 from structured_text.language.source import origin, source_text
 from structured_text.projects.open import project_sources
 

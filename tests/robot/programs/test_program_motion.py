@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from rcx_harness.robot import Axis
@@ -85,6 +87,15 @@ def test_the_next_movement_waits_for_the_end_of_the_one_before() -> None:
         ("DRIVE(2,12.5)", (0, 12_500)),
         ("DRIVE(2,777)", (0, 777)),
         ("DRIVEI(1,5.0)\nDRIVEI(1,100)", (5_100, 0)),
+        ("DRIVE(1,P1),(2,777)", (100_000, 777)),
+        ("DRIVE(2,12.5),(1,P3),S=50", (5_000, 12_500)),
+        ("DRIVEI(1,5.0),(2,P3)\nDRIVEI(1,P2),(2,1.0)", (25_000, 7_000)),
+        ("PATH SET\nPATH L,P2\nPATH L,P1,S=50\nPATH END\nPATH START", (100_000, 50_000)),
+        (
+            "MOVE P,P2\nPATH SET P2\nPATH C,30.0 10.0 0 0 0 0,40.0 0.0 0 0 0 0\nPATH END\n"
+            "PATH START",
+            (40_000, 0),
+        ),
         ("P10=P2\nP11=P2\nP12=P2\nP13=P2\nP14=P2\nPDEF(1)=1,1,1,P10\nPMOVE(1,1)", (20_000, 0)),
         ("PUSH(1,10.0)", (10_000, 0)),
         ("MOVE P,P1,A2=20.0{1.0,1.0}", (100_000, 50_000)),
@@ -274,3 +285,117 @@ def test_a_stop_input_is_not_an_error_of_the_program() -> None:
     master.run(1500)
     assert master.so[34] == 1
     assert master.robot.positions[0] == 100_000
+
+
+def test_several_axes_of_drive_start_and_end_together() -> None:
+    """100 mm and 20 mm: half way, after half the time, are 50 mm and 10 mm.
+
+    Rule: robot-language.
+    """
+    master = started("WAIT SI(27)=1\nDRIVE(1,100.0),(2,20.0)", axes=XY)
+    master.si[34] = 0x80
+    ways = []
+    for _ in range(100):
+        master.run(5)
+        ways.append(tuple(master.robot.positions))
+    assert ways[-1] == (100_000, 20_000)
+    assert all(abs(x - 5 * y) <= 5 for x, y in ways)
+    assert len(set(ways)) > 20
+
+
+#: From (0, 0) to (100, 0) and on to (200, 0) mm.
+STRAIGHT = "PATH SET\nPATH L,100.0 0.0 0 0 0 0{0}\nPATH L,200.0 0.0 0 0 0 0{0}\nPATH END"
+
+
+def test_a_path_does_not_stop_between_its_parts() -> None:
+    """200 mm at 500 mm/s take 0.4 s and the acceleration 0.1 s; two lines accelerate twice.
+
+    Rule: robot-language.
+    """
+    path = STRAIGHT.format(",VEL=500")
+    _, end = timed(f"{path}\nPATH START\nSO(21)=1\nWAIT ARM\nSO(22)=1")
+    assert 500 <= end <= 525
+    lines = "MOVE L,100.0 0.0 0 0 0 0,VEL=500\nMOVE L,200.0 0.0 0 0 0 0,VEL=500"
+    _, twice = timed(f"{lines}\nSO(21)=1\nWAIT ARM\nSO(22)=1")
+    assert twice > end + 80
+
+
+def test_each_part_of_a_path_has_its_own_speed() -> None:
+    """100 mm at 500 mm/s and 100 mm at 100 mm/s take more than 1.2 s and less than 1.35 s.
+
+    Rule: robot-language.
+    """
+    path = "PATH SET\nPATH L,100.0 0.0 0 0 0 0,VEL=500\nPATH L,200.0 0.0 0 0 0 0,VEL=100\nPATH END"
+    _, end = timed(f"{path}\nPATH START\nSO(21)=1\nWAIT ARM\nSO(22)=1")
+    assert 1200 <= end <= 1350
+
+
+def test_an_axis_does_not_exceed_its_acceleration_at_a_corner() -> None:
+    """At the corner (100, 0) the tool turns by 90 degrees to (100, 100) mm.
+
+    Rule: robot-language.
+    """
+    path = "PATH SET\nPATH L,100.0 0.0 0 0 0 0\nPATH L,100.0 100.0 0 0 0 0\nPATH END\nPATH START"
+    master = started(f"WAIT SI(27)=1\n{path}", axes=XY)
+    master.si[34] = 0x80
+    ways = []
+    for _ in range(180):
+        master.run(5)
+        ways.append(tuple(master.robot.positions))
+    assert ways[-1] == (100_000, 100_000)
+    assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # it follows the corner
+    for k in (0, 1):
+        speeds = [b[k] - a[k] for a, b in pairwise(ways)]
+        changes = [abs(b - a) for a, b in pairwise(speeds)]
+        assert max(changes) <= 5_000_000 * 0.005**2 + 3  # pulses in a cycle^2
+
+
+def test_an_interrupted_path_continues_from_where_the_robot_stands() -> None:
+    """The stop comes on the second line; the robot does not go back to the first.
+
+    Rule: robot-language.
+    Source: manual, chapter 1, 4.2 (SI(06), SI(12))
+    """
+    path = "PATH SET\nPATH L,50.0 0.0 0 0 0 0,VEL=100\nPATH L,50.0 50.0 0 0 0 0,VEL=100\nPATH END"
+    master = running(f"{path}\nPATH START\nWAIT ARM\nSO(20)=1", 700, axes=XY)
+    master.turn_and_wait("SI06", False, 100)
+    x, y = master.robot.positions
+    assert x == 50_000
+    assert 0 < y < 50_000
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI12")
+    seen = []
+    for _ in range(200):
+        master.run(5)
+        seen.append(tuple(master.robot.positions))
+    assert seen[-1] == (50_000, 50_000)
+    assert all(abs(one[0] - 50_000) <= 1 and one[1] >= y for one in seen)
+    assert master.so[34] & 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "PATH START",
+        "PATH SET\nPATH END\nPATH START",
+        "PATH SET\nPATH L,P1\nPATH START",
+        "PATH L,P1",
+        "PATH END",
+        "PATH SET P1\nPATH L,P2\nPATH END\nPATH START",  # the robot is not at P1
+    ],
+)
+def test_a_path_that_is_not_defined_or_begins_elsewhere_gets_an_alarm(text: str) -> None:
+    """Rule: robot-language."""
+    master = running(text, 200, axes=XY)
+    assert [alarm.number for alarm in master.robot.alarms.history] == ["5.997"]
+
+
+def test_wait_arm_waits_for_the_given_axes() -> None:
+    """Axis 2 does not move, so that WAIT ARM(2) ends at once; WAIT ARM(1) ends with the movement.
+
+    Rule: robot-language.
+    """
+    text = "OUTPOS(1)=90000\nMOVE P,P2\nWAIT ARM(2)\nSO(21)=1\nWAIT ARM(1)\nSO(22)=1"
+    one, other = timed(text)
+    assert one <= 30
+    assert other > 100

@@ -5,9 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from lark import Lark
 
 from rcx_harness.robot import Pallet, Point, RobotConfig
+from rcx_harness.robot.controller_memory import Parameters
 from rcx_harness.robot.program import read_program
+from rcx_harness.robot.program.all_file import read_all
 from rcx_harness.robot.program.checks import endless_loops, problems
 from rcx_harness.robot.program.words import words
 from structured_text.errors import InputError
@@ -26,7 +29,7 @@ def errors_of(text: str) -> list[str]:
     [
         ("PRINT A", "1: PRINT is not executed by the virtual controller"),
         ("MOOVE P,P1", "1: unknown statement MOOVE"),
-        ("A=1\nMOVE P", "2: cannot read 'MOVE P': 'P' was not expected"),
+        ("A=1\nMOVE P", "2: cannot read 'MOVE P': a target is missing after 'P'"),
         ("GOTO *X", "1: there is no label *X"),
         ("*A:\n*A:", "2: the label *A occurs twice"),
         ("IF A=1 THEN", "1: this IF has no ENDIF"),
@@ -47,7 +50,35 @@ def errors_of(text: str) -> list[str]:
         ("MOVE C,P1", "1: MOVE C needs two points for each arc: a point on the way, and the "
          "target"),
         ("MOVE P,P1,SO(20)=1@10", "1: an output on the way needs a line or an arc"),
-        ("DRIVE(1,P1),(2,P1)", "1: several axes in one statement are not executed"),
+        ("PUSH(1,P1),(2,P1)", "1: PUSH has one axis"),
+        ("PATH P,P1", "1: PATH P does not exist"),
+        ("PATH L,P1,CONT", "1: this option cannot be used in a path"),
+        ("PATH C,P1", "1: PATH C needs two points for each arc: a point on the way, and the "
+         "target"),
+        ("SERVO PWR", "1: SERVO PWR does not exist"),
+        ("MOTOR FREE", "1: MOTOR FREE does not exist"),
+        ("WAIT SI(20)=", "1: cannot read 'WAIT SI(20)=': a value is missing after '='"),
+        ("WAIT SI(20)=1 AND", "1: cannot read 'WAIT SI(20)=1 AND': a value is missing after "
+         "'AND'"),
+        ("SO(20)", "1: cannot read 'SO(20)': '=' is missing after 'SO(20)'"),
+        ("A%=(1+2", "1: cannot read 'A%=(1+2': ')' is missing after '2'"),
+        ("FOR I%=1", "1: cannot read 'FOR I%=1': TO is missing after '1'"),
+        ("GOSUB", "1: cannot read 'GOSUB': a label such as *LOOP is missing after 'GOSUB'"),
+        ("DELAY", "1: cannot read 'DELAY': a value is missing after 'DELAY'"),
+        ("DRIVE(1", "1: cannot read 'DRIVE(1': ',' is missing after '1'"),
+        ('A%="1"', "1: a number is needed, and this is a text"),
+        ("A$=1", "1: a text is needed, and this is a number"),
+        ("A%=P1", "1: a number is needed, and this is a point"),
+        ("P1=5", "1: a point is needed, and this is a number"),
+        ("S1=P1+P2", "1: a shift is needed, and this is a point"),
+        ('WAIT "A"=1', "1: a text is compared with a number"),
+        ('A$="A"+1', "1: a text and a number cannot be added"),
+        ("A%=P1*2", "1: a point cannot be calculated with like this"),
+        ("A%=SQR(1,2)", "1: SQR has 1 argument, and 2 are given"),
+        ('A%=ABS("1")', "1: ABS needs a number, and this is a text"),
+        ("A%=LOCX(5)", "1: LOCX needs a point or a shift or a hand, and this is a number"),
+        ("A%(1)=1", "1: there is no array or function A%"),
+        ("TIMER=5", "1: TIMER is a function; it cannot be assigned"),
         ("START <NONE>", "1: there is no program NONE"),
         ("START <SIDE>,T17", "1: there is no task T17"),
         ("MOVE[5] P,P1", "1: there is no robot 5"),
@@ -57,6 +88,59 @@ def errors_of(text: str) -> list[str]:
 def test_an_error_is_reported_with_its_line(text: str, expected: str) -> None:
     """Rule: robot-language."""
     assert errors_of(text) == [expected]
+
+
+@pytest.mark.parametrize(
+    ("text", "other"),
+    [
+        ("A%=B%+1*2", "A%=B%+7*30"),
+        ("MOVE P,P1,S=50,ACC=3", "MOVE P,P30,S=7,ACC=4"),
+        ("*A: IF A%=1 THEN *A ELSE *B\n*B:", "*C: IF A%=2 THEN *C ELSE *D\n*D:"),
+        ("MOVE[2] P,P[3]", "MOVE[1] P,P[4]"),
+        ("SO(20)=1", "SO(21)=0"),
+        ("S1=1.0 2 3 4", "S2=1.0 2 3 5"),
+        ("WAIT SIW(2)=12,500", "WAIT SIW(3)=5,10"),
+        ("A%(1,2)=P1X", "A%(3,4)=P1X"),
+        ("ON ERROR GOTO 0", "ON ERROR GOTO 7"),
+        ("START 1,T2,10", "START 2,T3,20"),
+        ("PMOVE(1,2),A3=10{1,2}", "PMOVE(3,4),A3=20{5,6}"),
+        ("SGI1=1.5+2", "SGI2=2.5+3"),
+        ("A%=&H1F+1", "A%=&H2F+2"),
+    ],
+)
+def test_statements_that_differ_in_their_numbers_keep_them(text: str, other: str) -> None:
+    """Each is read as if it were alone: after the other one, or without it.
+
+    Rule: robot-language.
+    """
+    programs = [read_program(one)[0] for one in (other, text, f"{other}\n{text}")]
+    first, second, both = (one.code for one in programs if one is not None)
+    shown = [[(one.kind, one.args) for one in code] for code in (first, second, both)]
+    assert shown[2] == shown[0] + shown[1]
+    assert shown[0] != shown[1]
+
+
+def test_ten_thousand_lines_need_the_parser_for_few_statements(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Reading a large program takes less than a second of CPU for this reason."""
+    text = "\n".join(
+        f"*L{k}:\nA%=A%+{k}*2\nMOVE P,P{k},S=50,CONT\nIF SI(20)=1 AND A%>{k} THEN *L{k}"
+        for k in range(2500)
+    )
+    calls = []
+    explain = Lark.parse
+
+    def counted(lark: object, statement: str) -> object:
+        calls.append(statement)
+        return explain(lark, statement)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Lark, "parse", counted)
+    program, errors = read_program(text)
+    assert errors == []
+    assert program is not None
+    assert len(program.texts) == 10_000
+    assert len(calls) <= 3
 
 
 def test_all_errors_are_reported_at_once() -> None:
@@ -119,12 +203,24 @@ NX=2
 NY=3
 NZ=1
 PLP=100
+PL4
+NX=5 NY=6 NZ=7 PLP=200
 [SGI]
 SGI5=50
 [SGR]
 SGR5=0.5
+[PRM]
+/ACCEL/'Accel coefficient
+A1=80 A2=300
+M3=70
+/WEIGHTG/
+R1=1500
+/PLMT+/
+A1=100000
+TOLE=50
 [XYZ]
 unknown
+[END]
 """
 
 
@@ -148,8 +244,41 @@ def test_a_robot_file_takes_all_data_from_a_controller_file(tmp_path: Path) -> N
     assert config.comments == {1: "PICK"}
     assert config.shifts == {1: (1000, 2000, 3000, 4000)}
     assert config.hands[1, 1].data == (0, 150_000, 15_000, 1)
-    assert config.pallets == {3: Pallet(2, 3, 1, 100)}
+    assert config.pallets == {3: Pallet(2, 3, 1, 100), 4: Pallet(5, 6, 7, 200)}
     assert config.variables == {"SGI5": 50, "SGR5": 0.5}
+    assert len(config.axes) == 4
+    assert config.parameters == {
+        "ACCEL": (80, 100, 70, 100),  # 300 % does not exist
+        "WEIGHTG": (1500, 0, 0, 0),
+        "TOLE": (50, 50, 50, 50),
+    }
+
+
+def test_what_a_controller_file_has_besides_is_named(tmp_path: Path) -> None:
+    """A parameter that the remote command guide does not have, a value that is too large.
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.4.2 (ACCEL is 1 to 100)
+    """
+    (tmp_path / "CELL.ALL").write_text(ALL)
+    content = read_all(tmp_path / "CELL.ALL")
+    assert content.parameters["ACCEL"] == {1: 80, 3: 70}
+    assert [text.partition(": ")[2] for text in content.passed_over] == [
+        "A2=300",
+        "parameter PLMT+",
+        "section [XYZ]",
+    ]
+
+
+def test_the_parameters_of_the_robot_file_come_first(tmp_path: Path) -> None:
+    """Rule: robot-language."""
+    (tmp_path / "CELL.ALL").write_text("[PRM]\n/WEIGHTG/ R1=1500\nACCEL(2)=60\nDECEL=50")
+    robot = tmp_path / "robot.toml"
+    robot.write_text('data_file = "CELL.ALL"\n[parameters]\nWEIGHT = 3\nACCEL = [10, 20, 30, 40]\n')
+    parameters = Parameters(RobotConfig.load(robot))
+    assert parameters.get(1, "WEIGHTG") == 3000
+    assert [parameters.get(1, "ACCEL", place) for place in (0, 1)] == [10, 20]
+    assert [parameters.get(1, "DECEL", place) for place in (0, 1)] == [50, 50]
 
 
 def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
@@ -175,7 +304,14 @@ def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
             'data_file = "A.ALL"',
             "A.ALL:3: there are two programs",
         ),
-        ("A.PGM", "X=1\0", '[[programs]]\nfile = "A.PGM"', "A.PGM: it is no text"),
+        (
+            "A.PGM",
+            "X=1\0",
+            '[[programs]]\nfile = "A.PGM"',
+            "A.PGM:1: it is no text: it contains the byte 00",
+        ),
+        ("A.PGM", "X=1\nY=\x07", '[[programs]]\nfile = "A.PGM"', "A.PGM:2: it is no text"),
+        ("A.PGM", " \n", '[[programs]]\nfile = "A.PGM"', "A.PGM: it has no statement"),
         ("A.PGM", "", '[[programs]]\nfile = "B.PGM"', "B.PGM: cannot read it"),
         ("A.PGM", "", '[[programs]]\nfile = "A.PGM"\nsteps = []', "'steps' and 'file' exclude"),
         ("A.PGM", "", "data_file = 3", "'data_file' must be the name of a file"),

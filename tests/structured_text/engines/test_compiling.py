@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from mistakes import check
 from structured_text.engines.load import build
 from structured_text.errors import InputError
 from structured_text.language.compiling import uncollected
-from structured_text.language.load import check
 
 
 @pytest.fixture(autouse=True)

@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
+from mistakes import check
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
-from structured_text.language.load import check, load
+from structured_text.language.load import load
 
 Build = Callable[[str], BuiltinProgram]
 Mistakes = Callable[[str], list[InputError]]

@@ -15,16 +15,16 @@ def test_a_unit_stands_with_the_selection_that_decides_on_it() -> None:
     """Source: remote command guide 4.2.1: bb 01 is the direct designation in 0.01 %, 10 is %."""
     (row,) = _rows("MovePtp", "speed")
     assert row.endswith(
-        "| 1 to 10000 [0.01 %] where `speed_mode` is 1; 1 to 100 [%] where `speed_mode` is 2 |"
+        "| 1 to 10000 [0.01 %] if `speed_mode` is 1; 1 to 100 [%] if `speed_mode` is 2 |"
     )
     (row,) = _rows("MoveLinear", "speed")
-    assert "; 1 to 1000 [mm/s] where `speed_mode` is 3; in mm/s up to 750" in row
+    assert "; 1 to 1000 [mm/s] if `speed_mode` is 3; in mm/s up to 750" in row
 
 
 def test_a_unit_of_a_position_stands_with_its_selection() -> None:
     """Source: remote command guide 4.2.1, arch designation: bit d 0 is pulse, 1 mm."""
     (row,) = _rows("MoveArch", "arch_position")
-    assert "[pulse] where `arch_unit` is 0, [0.001 mm] where `arch_unit` is 1; to where" in row
+    assert "[pulse] if `arch_unit` is 0, [0.001 mm] if `arch_unit` is 1; first target" in row
 
 
 def test_no_unit_is_a_choice_where_a_field_decides() -> None:

@@ -52,19 +52,20 @@ def test_every_event_is_there_and_no_other() -> None:
     assert set(_table("Events")) - arguments == set(EVENTS)
 
 
-def test_every_key_of_a_robot_file_is_there_or_a_knob_of_the_page_on_fidelity() -> None:
+def test_every_key_of_a_robot_file_is_there_or_a_setting_of_the_page_on_fidelity() -> None:
     listed = {re.sub(r"[\[\]]|\.[NR]", "", key) for key in _table("Key")}
     knobs = {knob for rule in rules() for knob in rule.knobs}
     names = {entry.name for entry in fields(RobotConfig)}
-    assert "knobs" in listed
-    assert listed - {"knobs", "data_file"} <= names
+    assert "settings" in listed
+    assert listed - {"settings", "data_file"} <= names
     assert names - listed <= knobs
 
 
 @pytest.mark.parametrize(("table", "kind"), [("axes", Axis), ("programs", RobotProgram)])
 def test_every_key_of_a_table_is_there_with_its_default(table: str, kind: type) -> None:
     shown = _table(f"Key of `[[{table}]]`")
-    assert set(shown) == {entry.name for entry in fields(kind)}
+    internal = {"path", "offset"}  # where a program was read: no keys of a robot file
+    assert set(shown) == {entry.name for entry in fields(kind)} - internal
     words = {"None": "nothing there", "()": "none", "True": "true", "": "none"}
     for name, (_, default) in shown.items():
         given = str(getattr(kind(), name)).removesuffix(".0")
@@ -98,8 +99,8 @@ def test_every_parameter_is_there_with_its_range() -> None:
         assert shown[name] == (f"{low} or {high}" if high == 1 else f"{low} to {high}",), name
 
 
-def test_every_knob_of_words_is_there_with_its_words() -> None:
-    shown = {name: tuple(_PLAIN.findall(words)) for name, (words,) in _table("Knob").items()}
+def test_every_setting_of_words_is_there_with_its_words() -> None:
+    shown = {name: tuple(_PLAIN.findall(words)) for name, (words,) in _table("Setting").items()}
     others = {"size", *_table("Key of `[[axes]]`")}
     assert shown == {name: words for name, words in CHOICES.items() if name not in others}
 

@@ -1,6 +1,6 @@
 """trace.md has every field that a run writes, and its example lines are lines of runs.
 
-Source of the expected values: what three runs write.
+Source of the expected values: what five runs write.
 """
 
 from __future__ import annotations
@@ -41,6 +41,7 @@ first_point = 1
 [work_areas]
 Feeder = [[0, 200], [100, 300]]
 """
+_PROGRAMS = _ROOT / "tests/data/robot_programs"
 _WATCHED = _ROOT / "tests/cell/programs/Watched.st"
 
 
@@ -73,11 +74,16 @@ def lines(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
             *(str(_WATCHED), raw[1], "--watch=Main.*"),
             *(f"--robot={folder / 'arm.toml'}", "--positions=pulses"),
         ],
+        [
+            *(str(_PROGRAMS / "Supervisor.st"), f"--robot={_PROGRAMS / 'robot.toml'}"),
+            f"--stimulus={_PROGRAMS / 'stimulus.toml'}",
+        ],
     )
     found = []
     for number, options in enumerate(runs):
         trace = folder / f"{number}.jsonl"
-        ended = main(["run", *options, "--engine=builtin", "--for=1s", f"--trace={trace}"])
+        long = "2s" if number == 4 else "1s"
+        ended = main(["run", *options, "--engine=builtin", f"--for={long}", f"--trace={trace}"])
         assert ended == (1 if number == 2 else 0)
         found += trace.read_text(encoding="utf-8").splitlines()
     return found
@@ -125,7 +131,7 @@ def test_what_is_only_there_sometimes_is_told(lines: list[str], title: str) -> N
 
 def test_the_example_lines_are_lines_of_runs(lines: list[str]) -> None:
     shown = re.findall(r"^\{.*\}$", _PAGE, re.MULTILINE)
-    assert len(shown) == 7
+    assert len(shown) == 8
     assert [line for line in shown if line not in lines] == []
     assert {_kind(json.loads(line)) for line in shown} == set(_KINDS.values())
 
@@ -162,6 +168,14 @@ def test_every_entry_of_a_robot_is_there(lines: list[str]) -> None:
     assert _fields("Pose") == {"left", "shift", "hand"}
 
 
+def test_every_entry_of_a_program_and_of_a_task_is_there(lines: list[str]) -> None:
+    entries = [json.loads(line) for line in lines]
+    programs = [one for entry in entries for every in entry.get("programs", []) for one in every]
+    tasks = [one for entry in entries for one in entry.get("tasks", [])]
+    assert {key for one in programs for key in one} == _fields("Program")
+    assert {key for one in tasks for key in one} == _fields("Task")
+
+
 def test_every_option_is_there_with_its_default() -> None:
     defaults = {"--watch": "none", "--positions": "not shown", "--scale": "`events`"}
     assert {_NAME.findall(row[0])[0]: row[-1] for row in _rows("Option")} == defaults
@@ -170,5 +184,6 @@ def test_every_option_is_there_with_its_default() -> None:
 
 
 def test_the_limits_of_the_page_are_those_of_the_code() -> None:
-    assert _PAGE.count(f"more than\n{LONGEST} elements") == 1
-    assert f"at most {MOST_INSTANTS}." in _PAGE
+    text = " ".join(_PAGE.split())
+    assert text.count(f"more than {LONGEST} elements") == 2
+    assert f"at most {MOST_INSTANTS} columns." in text

@@ -333,10 +333,10 @@ tests = ["tests/robot/test_latch.py"]
 file = "spec/blocks.toml"
 name = "a movement may take 61 s"
 old = '''commands = ["MovePtp"]
-done = "the robot has reached it"
+done = "the robot has reached the target"
 timeout = "T#60s"'''
 new = '''commands = ["MovePtp"]
-done = "the robot has reached it"
+done = "the robot has reached the target"
 timeout = "T#61s"'''
 tests = ["tests/robot"]
 """

@@ -52,10 +52,19 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_Operator", "Timeout"): timedelta(seconds=10),
     ("FB_Interlock", "Timeout"): timedelta(seconds=60),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
+    ("FB_RcxProgramCall", "Timeout"): timedelta(0),  # its users give theirs
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
     ("FB_RealTimeValueInWords", "Size"): 256,
     ("FB_ToolPosition", "Period"): timedelta(milliseconds=500),
+    **{
+        (f"FB_ProgramCall{words}", pin): value
+        for words in ("", "InWords")
+        for pin, value in (
+            *(("JobNumber", 1), ("StrobeBit", 20), ("AcknowledgeBit", 20), ("CompleteBit", 21)),
+            *(("FirstWord", 2), ("AcknowledgeTimeout", _ANY), ("Timeout", timedelta(seconds=60))),
+        )
+    },
     **{
         (f"FB_{verb}Bit{words}", "Port"): 20
         for verb in ("Read", "Write")

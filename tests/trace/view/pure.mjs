@@ -6,7 +6,9 @@ import { test } from "node:test";
 import { Axis, duration, neighbour, seconds, snapped, ticks } from "./axis.js";
 import { Events, Lane, countUntil, reader, speed } from "./data.js";
 import { pieces } from "./draw.js";
+import { commentAt, placeText } from "./listing.js";
 import { Player, reached } from "./play.js";
+import { nextTime, placesAt } from "./programs.js";
 import { figure, jointsOf } from "./robot.js";
 import { lastTimes, poseAt } from "./robots.js";
 import { find, matcher, step, wordsOf } from "./search.js";
@@ -229,4 +231,36 @@ test("playing ends at the end, or when it is stopped, and can be started again",
   for (const now of [1000, 1025, 1100]) tick(now);
   assert.deepEqual(times.slice(3), [100_000, 150_000, 200_000]);
   assert.deepEqual([states, frames.length], [[true, false, true, false], 0]);
+});
+
+test("a comment begins at an apostrophe that is in no text, or with REM", () => {
+  assert.equal(commentAt("MOVE P,P1 ' to the part"), 10);
+  assert.equal(commentAt('PRINT "it\'s" \' end'), 13);
+  assert.equal(commentAt("HALT"), 4);
+  assert.equal(commentAt("  rem all"), 0);
+  assert.equal(commentAt("REMOTE%=1"), 9);
+});
+
+test("a task is told with its line unless it is in none", () => {
+  assert.equal(placeText({ task: 2, line: 4, state: "running" }), "task 2, line 4, running");
+  assert.equal(placeText({ task: 1, line: 1, state: "ready" }), "task 1, ready");
+  assert.equal(placeText(null), "in no task");
+});
+
+test("a program is where its task is at a time, and a click leads to the next time in a line", () => {
+  const lane = curve([10, 20, 25, 30, 40], [1, 2, 4, 1, 3]);
+  const texts = {
+    0: ["PLACE", 1, "ready"],
+    1: ["PLACE", 4, "running"],
+    2: ["PLACE", 7, "running"],
+    4: ["PLACE", 7, "stopped"],
+  };
+  const entry = { tasks: [[1, lane]], texts };
+  const at = (t) => placesAt(entry, t).get("PLACE");
+  assert.deepEqual(at(5), { task: 1, line: 1, state: "ready" });
+  assert.deepEqual(at(20), { task: 1, line: 7, state: "running" });
+  assert.equal(at(40), undefined); // it has left the table of tasks
+  const next = (line, t) => nextTime(entry, "PLACE", line, t)?.t;
+  assert.deepEqual([next(4, 0), next(4, 10), next(4, 30), next(9, 0)], [10, 30, 10, undefined]);
+  assert.equal(next(7, 20), 20); // at 25 it is stopped there
 });

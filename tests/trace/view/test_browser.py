@@ -365,3 +365,73 @@ def test_the_page_fits_narrow_and_wide_windows(browser: WebDriver, file: Path, w
         assert page.painted() > 5
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@pytest.fixture(scope="module")
+def programmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A program of 60 lines that goes to its next line every 100 ms, and stops in line 50."""
+    lines = [f"DELAY {k}  ' the {k}th" for k in range(1, 61)]
+    spare = {"name": "SPARE", "lines": ["HALT"]}
+    programs = [[{"name": "LONG", "file": "LONG.PGM", "lines": lines}, spare]]
+    view, area = View({"cycle_us": 5000, "programs": programs}), bytes(48)
+    for k in range(51):
+        task = {"task": 1, "program": "LONG", "line": min(k + 1, 50), "state": "running"}
+        task |= {"state": "stopped"} if k == 50 else {}
+        view.take(Cycle(100_000 * k, 20 * k, area, area, tasks=(task,)))
+    page = tmp_path_factory.mktemp("programmed") / "page.html"
+    page.write_text(view.page("programmed"), encoding="utf-8")
+    return page
+
+
+_MARKED = (
+    "[...document.querySelectorAll('#programs [data-state]')]"
+    ".map((row) => `${row.dataset.state} ${row.textContent}`)"
+)
+_SEEN = """(() => {
+  const [box, row] = ["#programs .lines", "#programs [data-state]"]
+    .map((one) => document.querySelector(one).getBoundingClientRect());
+  return row.top >= box.top && row.bottom <= box.bottom;
+})()"""
+
+
+def test_the_line_of_a_task_is_marked_as_at_the_cursor(
+    browser: WebDriver, programmed: Path
+) -> None:
+    """Without a cursor as at the end, where the task is stopped.
+
+    Line 7 is executed from 600 ms on; a click on it goes there.
+    """
+    page = Page(browser, programmed)
+    page.until(lambda: page.run(_MARKED) == ["stopped 50DELAY 50  ' the 50th"])
+    assert page.run(_SEEN)
+    assert page.text("#programs .listing summary").endswith("task 1, line 50, stopped")
+    assert page.run("document.querySelectorAll('#programs .listing[open]').length") == 1
+    page.run("document.querySelectorAll('#programs .lines > div > div')[6].click()")
+    page.until(lambda: page.run(_MARKED) == ["running 7DELAY 7  ' the 7th"])
+    assert page.run(_SEEN)
+    assert page.text("#a output") == "0.600 s"
+    assert page.row("Task 1") == "LONG:7 DELAY 7"
+    assert page.text("#selected") == "Task 1"
+    page.press(".")
+    page.until(lambda: page.run(_MARKED) == ["running 8DELAY 8  ' the 8th"])
+
+
+def test_playing_moves_the_line(browser: WebDriver, programmed: Path) -> None:
+    page = Page(browser, programmed)
+    page.press(" ")
+    page.until(lambda: page.text("#programs .listing summary").endswith("stopped"))
+    assert page.run(_SEEN)
+
+
+@pytest.mark.parametrize("width", [400, 1280])
+def test_listings_fit_the_window(browser: WebDriver, programmed: Path, width: int) -> None:
+    """Long lines are scrolled in their listing, and not with the page."""
+    size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        page = Page(browser, programmed)
+        page.until(lambda: page.run(_MARKED))
+        assert page.run("document.documentElement.scrollWidth <= innerWidth")
+        assert page.run("document.querySelector('#programs .lines').clientHeight") >= 90
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -32,6 +32,7 @@ _NUMBERS: dict[str, tuple[float, ...]] = {
     "max_payload": (50, 0, 2_000_000),
     "alarm_history_length": (500, 100, 10, 1),
     "program_statements": (100, 10, 1, 1000),
+    "tcounter_ms": (1, 10),
     "program_stack": (20, 10, 30, 5),
     "real_time_interval": (5.0, 10.0, 20.0, 50.0, 100.0),
     "host_version": (0x0108, 1),

@@ -25,6 +25,7 @@ __all__ = [
     "perform",
     "registered",
     "start",
+    "statement",
     "takes_time",
 ]
 
@@ -85,6 +86,7 @@ _S = TypeVar("_S", bound=_Starter)
 
 _ACTIONS: dict[int, _Action] = {}
 _STARTERS: dict[int, _Starter] = {}
+_STATEMENTS: dict[int, _Starter] = {}
 _ABSENT: set[int] = set()
 
 
@@ -124,6 +126,16 @@ def takes_time(*codes: int) -> Callable[[_S], _S]:
     return register
 
 
+def statement(code: int) -> Callable[[_S], _S]:
+    """Register a statement of robot programs that is not a remote command, by a code of our own."""
+
+    def register(starter: _S) -> _S:
+        _STATEMENTS[code] = starter
+        return starter
+
+    return register
+
+
 def registered() -> list[int]:
     """Return the codes that have an effect in this controller, without R."""
     return sorted({*_ACTIONS, *_STARTERS})
@@ -131,9 +143,10 @@ def registered() -> list[int]:
 
 def start(machine: Machine, call: Call) -> Execution:
     """Begin a command."""
-    if call.code in _STARTERS:
+    starter = _STARTERS.get(call.code) or (call.by_program and _STATEMENTS.get(call.code))
+    if starter:
         try:
-            return _STARTERS[call.code](machine, call)
+            return starter(machine, call)
         except UnreachableError:
             raise CommandError(machine.config.out_of_reach_alarm) from None
     if call.code in _ACTIONS:
@@ -152,7 +165,7 @@ def perform(machine: Machine, wanted: Request) -> Execution | None:
     """
     values, code = wanted.values, wanted.code
     call = Call(code, machine.arm(wanted.robot or 1), values, wanted.robot, by_program=True)
-    if code in _STARTERS:
+    if code in _STARTERS or code in _STATEMENTS:
         return start(machine, call)
     _ACTIONS[code](machine, call)
     return None

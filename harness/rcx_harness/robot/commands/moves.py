@@ -11,10 +11,21 @@ from dataclasses import replace
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
-from rcx_harness.robot.commands.base import Call, Execution, Response, takes_time
+from rcx_harness.robot.commands.base import Call, Execution, Response, statement, takes_time
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import Movement
-from rcx_harness.robot.paths import Arch, Pace, Path, plan_arc, plan_arch, plan_line, plan_ptp
+from rcx_harness.robot.paths import (
+    Arch,
+    Leg,
+    Pace,
+    Path,
+    plan_arc,
+    plan_arch,
+    plan_chain,
+    plan_line,
+    plan_ptp,
+)
+from rcx_harness.robot.program.motion import PATH_START
 from rcx_harness.robot.stored import Point
 
 __all__ = ["Moving", "position_output"]
@@ -23,7 +34,7 @@ _Plan = Callable[[Arm, Mapping[int, int], Pace], Path]
 
 _DIRECT_SPEED, _PERCENT, _MM_PER_S = 1, 2, 3  # speed modes; the first in 0.01 % of the maximum
 _LINEAR = (0x003, 0x00A, 0x045)
-_ON_CURVE = (*_LINEAR, 0x004)
+_ON_CURVE = (*_LINEAR, 0x004, PATH_START)
 _MM = (0x006, 0x00E, 0x012, 0x016, 0x04C)
 _DRIVE_TO_POINT = (0x010, 0x04B)
 _DRIVEI_BY_POINT = 0x014
@@ -85,6 +96,22 @@ def move_circular(machine: Machine, call: Call) -> Moving:
     via, target = (_target(call, point, places) for point in points)
     path = plan_arc(call.arm, via, target, _pace(call))
     return _begin(machine, call, path, points[1].hand)
+
+
+@statement(PATH_START)
+def follow_path(machine: Machine, call: Call) -> Moving:
+    """Follow the path that PATH statements have defined; no remote command does this."""
+    places = _movable_places(machine, call)
+    way = call.values["way"]
+    legs = [
+        Leg(
+            tuple(_target(call, point, places) for point in points),
+            _pace(replace(call, values=paced)),
+        )
+        for points, paced in way.parts
+    ]
+    path = plan_chain(call.arm, way.start, legs, resumed=call.values["resumed"])
+    return _begin(machine, call, path)
 
 
 @takes_time(0x006, 0x007)

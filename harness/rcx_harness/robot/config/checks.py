@@ -90,6 +90,7 @@ RANGES = {
     "alarm_history_length": (1, 100_000),
     "program_statements": (1, 10_000),
     "program_stack": (1, 1000),
+    "tcounter_ms": (1, 1000),
 }
 _PROGRAMS = 100
 #: Item numbers of the real time output (guide, 4.9.1).

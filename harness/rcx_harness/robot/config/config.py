@@ -216,6 +216,7 @@ class Programs:
     program_statements: int = 100  # of a task, in one controller cycle at most
     program_stack: int = 20  # GOSUB and CALL in each other at most
     plain_variables: str = "real"  # variables without %, ! or $: real, integer
+    tcounter_ms: int = 1  # unit of the function TCOUNTER
     program_error_stops_all: bool = True
     program_error_is_serious: bool = False
     name_filler: str = "spaces"  # zeros, spaces
@@ -321,6 +322,7 @@ class Alarms:
     division_alarm: str = "6.203"
     program_type_alarm: str = "5.999"
     program_stack_alarm: str = "5.998"
+    program_path_alarm: str = "5.997"
 
 
 #: The keys that are lists of tables, with the class of their tables.
@@ -414,6 +416,9 @@ def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
             values[key] = {**data, **values.get(key, {})}
         if "programs" in values:
             values["programs"] = tuple(_placed(one, others) for one in values["programs"])
+        if others.parameters:
+            listed = others.listed(len(RobotConfig(**values).axes))
+            values["parameters"] = {**listed, **values.get("parameters", {})}
         return RobotConfig(**values)
     except InputError as error:
         if error.file:  # a program in a file of its own

@@ -11,6 +11,7 @@ from typing import Any
 
 from rcx_harness.robot.program import read_program, text_of
 from rcx_harness.robot.program.all_file import read_all
+from rcx_harness.robot.stored import PARAMETER_DEFAULTS, ROBOT_PARAMETERS, ROBOTS
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
@@ -29,11 +30,27 @@ class Brought:
         data: Stored data by their keys of RobotConfig.
         places: Absolute path of the file of each program by its name, and the line of the file
             before the first line of the program.
+        parameters: Parameters by name, then by robot or axis of the controller, from 1; 0: all.
     """
 
     programs: tuple[Mapping[str, Any], ...] = ()
     data: Mapping[str, Mapping[Any, Any]] = field(default_factory=dict)
     places: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    parameters: Mapping[str, Mapping[int, int]] = field(default_factory=dict)
+
+    def listed(self, axes: int) -> dict[str, tuple[int, ...]]:
+        """Return the parameters with one value for each of the axes, or for each robot.
+
+        What the file does not have is as delivered.
+        """
+        listed = {}
+        for name, given in self.parameters.items():
+            count = ROBOTS if name in ROBOT_PARAMETERS else axes
+            default = given.get(0, PARAMETER_DEFAULTS.get(name, 0))
+            listed[name] = tuple(given.get(place, default) for place in range(1, count + 1))
+        if "WEIGHTG" in listed:  # both are one payload
+            listed.pop("WEIGHT", None)
+        return listed
 
 
 def brought(file: Path, table: dict[str, Any]) -> Brought:
@@ -51,6 +68,7 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
         if isinstance(made.get("file"), str) and made["file"]
     }
     data: dict[str, Mapping[Any, Any]] = {}
+    parameters: Mapping[str, Mapping[int, int]] = {}
     if (name := table.pop(_DATA_FILE, None)) is not None:
         if not isinstance(name, str) or not name:
             hint = 'write data_file = "CELL.ALL"'
@@ -64,7 +82,8 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
                 places[one.name] = os.path.abspath(file.parent / name), one.offset
         keys = ("points", "comments", "shifts", "hands", "pallets", "variables")
         data = {key: getattr(content, key) for key in keys}
-    return Brought(tuple(programs), data, places)
+        parameters = content.parameters
+    return Brought(tuple(programs), data, places, parameters)
 
 
 def named_by(file: Path) -> list[Path]:
@@ -87,6 +106,9 @@ def _with_text(file: Path, entry: dict[str, Any]) -> dict[str, Any]:
     if clash := [key for key in ("text", "steps", "duration") if key in entry]:
         raise InputError(f"'{clash[0]}' and 'file' exclude each other", file=file)
     text = text_of(file.parent / name)
+    if not text.strip():
+        hint = "write its statements, or take it out of the robot file"
+        raise InputError("it has no statement", file=file.parent / name, hint=hint)
     _check(file.parent / name, text)
     return {"name": _name(name), **entry, "text": text}
 

@@ -14,7 +14,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rcx_harness.robot.program.reader import text_of
-from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point, Shift, variable_number
+from rcx_harness.robot.stored import (
+    AXES,
+    COUNTS,
+    ROBOT_PARAMETERS,
+    Hand,
+    Pallet,
+    Point,
+    Shift,
+    parameter_ranges,
+    variable_number,
+)
 from structured_text.errors import InputError
 
 __all__ = ["AllFile", "Source", "data_point", "read_all"]
@@ -23,7 +33,12 @@ _SECTION = re.compile(r"\s*\[([A-Z0-9_]+)\]\s*$", re.IGNORECASE)
 _NAME = re.compile(r"\s*NAME\s*=\s*(\S+)\s*$", re.IGNORECASE)
 _ENTRY = re.compile(r"\s*([A-Z]+)(\d+)\s*=\s*(.*?)\s*$", re.IGNORECASE)
 _PALLET = re.compile(r"\s*PL(\d+)\s*$", re.IGNORECASE)
-_PALLET_PART = re.compile(r"\s*(NX|NY|NZ|PLP)\s*=\s*(\d+)\s*$", re.IGNORECASE)
+_PALLET_PART = re.compile(r"(NX|NY|NZ|PLP)\s*=\s*(\d+)", re.IGNORECASE)
+_PALLET_LINE = re.compile(rf"\s*(?:{_PALLET_PART.pattern}[\s,]*)+$", re.IGNORECASE)
+_PARAMETER = re.compile(r"\s*/\s*([^/]+?)\s*/(.*)$")
+_PARAMETER_LINE = re.compile(r"\s*([A-Z][A-Z0-9]*)\s*(?:\(\s*(\d+)\s*\))?\s*=\s*(-?\d+)\s*$",
+                             re.IGNORECASE)  # fmt: skip
+_PARAMETER_VALUE = re.compile(r"\s*([RAM])(\d+)\s*=\s*(-?\d+)[\s,]*", re.IGNORECASE)
 _SCALE = 1000
 
 
@@ -48,6 +63,7 @@ class AllFile:
         hands: Hands of robot 1 by robot and number.
         pallets: Pallets by number.
         variables: SGI and SGR by name.
+        parameters: Values by name, then by robot or axis of the controller, from 1; 0: all.
         passed_over: Sections that were not read, and lines with their numbers.
     """
 
@@ -58,6 +74,7 @@ class AllFile:
     hands: dict[tuple[int, int], Hand] = field(default_factory=dict)
     pallets: dict[int, Pallet] = field(default_factory=dict)
     variables: dict[str, float] = field(default_factory=dict)
+    parameters: dict[str, dict[int, int]] = field(default_factory=dict)
     passed_over: list[str] = field(default_factory=list)
 
 
@@ -76,9 +93,9 @@ def read_all(path: Path) -> AllFile:
     for name, first, last in sections:
         body = [(number, lines[number - 1]) for number in range(first, last)]
         reader = _READERS.get(name)
-        if reader is None:
+        if reader is None and name != "END":
             content.passed_over.append(f"line {first - 1}: section [{name}]")
-        else:
+        elif reader is not None:
             reader(body, content)
     names = [source.name for source in content.programs]
     for number, name in enumerate(names):
@@ -152,7 +169,8 @@ def data_point(text: str) -> Point | None:
 
 
 def _comment(number: int, text: str, content: AllFile) -> bool:
-    content.comments[number] = text.strip('"').rstrip()
+    quoted = len(text) > 1 and text[0] == text[-1] == '"'
+    content.comments[number] = (text[1:-1] if quoted else text).rstrip()
     return number < COUNTS["comments"]
 
 
@@ -197,10 +215,49 @@ def _pallets(body: Body, content: AllFile) -> None:
                     parts["NX"], parts["NY"], parts["NZ"], parts["PLP"]
                 )
             number, parts = int(head[1]), {}
-        elif part := _PALLET_PART.match(text):
-            parts[part[1].upper()] = int(part[2])
+        elif _PALLET_LINE.match(text):
+            found = _PALLET_PART.findall(text)
+            parts.update((name.upper(), int(value)) for name, value in found)
         else:
             _pass_over([(line, text)], content)
+
+
+def _parameters(body: Body, content: AllFile) -> None:
+    """Read `/ACCEL/`, then `A1=80` for an axis or `R1=2` for a robot; or `ACCEL(1)=80`.
+
+    The parameters of the remote command guide (4.4.2) are read, all others are passed over.
+    """
+    label, known = "", parameter_ranges()
+    for number, text in body:
+        rest = text.partition("'")[0].rstrip()
+        if head := _PARAMETER.match(rest):
+            label, rest = head[1].upper(), head[2]
+            if label not in known:
+                _pass_over([(number, f"parameter {label}")], content)
+        elif line := _PARAMETER_LINE.match(rest):
+            name = line[1].upper()
+            if name in known:
+                label = ""
+                if not _parameter(name, int(line[2] or 0), int(line[3]), content):
+                    _pass_over([(number, text)], content)
+                continue
+        at = 0
+        while value := _PARAMETER_VALUE.match(rest, at):
+            at = value.end()
+            owner = "R" if label in ROBOT_PARAMETERS else "AM"
+            right = label in known and value[1].upper() in owner
+            if right and not _parameter(label, int(value[2]), int(value[3]), content):
+                _pass_over([(number, value[0])], content)
+        if rest[at:].strip() and label in ("", *known):
+            _pass_over([(number, rest[at:])], content)
+
+
+def _parameter(name: str, place: int, value: int, content: AllFile) -> bool:
+    low, high = parameter_ranges()[name]
+    if not low <= value <= high:
+        return False
+    content.parameters.setdefault(name, {})[place] = value
+    return True
 
 
 def _values(text: str) -> list[float] | None:
@@ -219,4 +276,5 @@ _READERS: dict[str, Callable[[Body, AllFile], None]] = {
     "PLT": _pallets,
     "SGI": _variables,
     "SGR": _variables,
+    "PRM": _parameters,
 }

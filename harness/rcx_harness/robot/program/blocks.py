@@ -110,7 +110,7 @@ class _Linker:
         handler = getattr(self, f"_on_{node.kind}", None)
         if handler:
             handler(*node.args)
-        elif node.kind in ("move", "movei", "movet"):
+        elif node.kind in ("move", "movei", "movet", "path"):
             self._moves(node)
         else:
             self._emit(node.kind, *node.args)
@@ -226,11 +226,17 @@ class _Linker:
             self._error(f"{node.kind.upper()} needs its targets before its options")
             return
         size = 2 if kind == "C" else 1
-        if kind == "C" and node.kind != "move":
+        if kind == "C" and node.kind in ("movei", "movet"):
             self._error(f"{node.kind.upper()} C does not exist", "write MOVE C with two points")
             return
+        if kind == "P" and node.kind == "path":
+            self._error("PATH P does not exist", "a path has lines and arcs: PATH L or PATH C")
+            return
         if len(targets) % size:
-            self._error("MOVE C needs two points for each arc: a point on the way, and the target")
+            self._error(
+                f"{node.kind.upper()} C needs two points for each arc: a point on the way, and the "
+                "target"
+            )
             return
         for at in range(0, len(targets), size):
             last = at + size == len(targets)

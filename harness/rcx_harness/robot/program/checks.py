@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from rcx_harness.robot.program.syntax import MOVES, OPTIONS, Instruction, Node, Program
+from rcx_harness.robot.program.types import type_errors
 from structured_text.errors import InputError
 
 __all__ = ["endless_loops", "problems"]
@@ -14,6 +15,7 @@ _TAKES_TIME = ("delay", "duration", "wait", "wait_arm", "servo", "motor", "origi
                "hold_all", "halt", "halt_all", "exit_task", *MOVES)  # fmt: skip
 _BRANCHES = ("unless", "case", "for_test", "goto", "jump", "leave")
 _TASKS = range(1, 17)
+_OF_PATHS = ("S", "SPEED", "DSPEED", "VEL", "ACC", "DEC")
 
 
 def problems(program: Program, size: int, programs: Collection[str] = ()) -> list[InputError]:
@@ -26,9 +28,13 @@ def problems(program: Program, size: int, programs: Collection[str] = ()) -> lis
     """
     found = []
     for one in program.code:
-        for error in (*_ports(one, size), *_tasks(one, programs), *_options(one)):
+        for error in (
+            *_ports(one, size), *_tasks(one, programs), *_options(one), *_switches(one)
+        ):  # fmt: skip
             found.append(InputError(error.message, line=one.line, hint=error.hint))
-    return found
+    for line, error in type_errors(program):
+        found.append(InputError(error.message, line=line, hint=error.hint))
+    return sorted(found, key=lambda error: error.line or 0)
 
 
 def endless_loops(program: Program) -> list[int]:
@@ -87,22 +93,33 @@ def _tasks(one: Instruction, programs: Collection[str]) -> Iterator[InputError]:
 
 
 def _options(one: Instruction) -> Iterator[InputError]:
-    if one.kind not in MOVES:
+    if one.kind not in (*MOVES, "path"):
         return
-    options = one.args[3] if one.kind in ("move", "movei", "movet") else one.args[2:]
+    targeted = one.kind in ("move", "movei", "movet", "path")
+    options = one.args[3] if targeted else one.args[2:]
     for option in options:
+        if one.kind == "path" and (option.kind != "option" or option.args[0] not in _OF_PATHS):
+            hint = f"a part of a path has {', '.join(_OF_PATHS)}"
+            yield InputError("this option cannot be used in a path", hint=hint)
+            continue
         if option.kind == "option" and option.args[0] not in OPTIONS:
             hint = f"use {', '.join(OPTIONS)}, STOPON or CONT"
             yield InputError(f"{option.args[0]} is no option of a movement", hint=hint)
         elif option.kind in ("point", "data"):
             yield InputError("a target follows an option", hint="write the targets first")
-        elif option.kind == "axis_target":
-            yield InputError(
-                "several axes in one statement are not executed",
-                hint="write one statement for each axis",
-            )
+        elif option.kind == "axis_target" and one.kind not in ("drive", "drivei"):
+            hint = "only DRIVE and DRIVEI have several axes"
+            yield InputError(f"{one.kind.upper()} has one axis", hint=hint)
         elif option.kind == "output_at" and (one.kind != "move" or one.args[1] == "P"):
             yield InputError("an output on the way needs a line or an arc", hint="use MOVE L or C")
+
+
+def _switches(one: Instruction) -> Iterator[InputError]:
+    """Check SERVO and MOTOR, which share their words in the grammar."""
+    if one.kind == "servo" and one.args[1] == "PWR":
+        yield InputError("SERVO PWR does not exist", hint="write MOTOR PWR")
+    if one.kind == "motor" and one.args[0] == "FREE":
+        yield InputError("MOTOR FREE does not exist", hint="write SERVO FREE")
 
 
 def _all_nodes(one: Instruction) -> Iterator[Node]:

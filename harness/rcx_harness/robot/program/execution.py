@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from rcx_harness.robot.alarms import CommandError
@@ -24,7 +24,14 @@ from rcx_harness.robot.program.expressions import (
     number_of,
     write_ports,
 )
-from rcx_harness.robot.program.motion import Request, change_parameter, request
+from rcx_harness.robot.program.motion import (
+    PATH_START,
+    Request,
+    Way,
+    change_parameter,
+    path_part,
+    request,
+)
 from rcx_harness.robot.program.syntax import MOVES, Instruction, Node, Program
 from rcx_harness.robot.program.values import Value, convert, integer
 from rcx_harness.robot.stored import COUNTS, Pallet
@@ -84,6 +91,7 @@ class Running(Scope, Protocol):
     interrupted: bool
     execution: Statement | None
     passed: set[int]
+    moving_at: int
     frames: list[Frame]
     handler: int
     error_at: int
@@ -106,6 +114,13 @@ class World(Surroundings, Protocol):
     @property
     def positions(self) -> list[int]:
         """Return the positions of all axes [pulses]."""
+
+    @property
+    def ways(self) -> dict[int, Way]:
+        """Return the paths that PATH statements have defined, by robot."""
+
+    def reset_counter(self) -> None:
+        """Begin TCOUNTER at 0."""
 
     def pulse(self, place: Port, ms: int) -> None:
         """Turn an output ON, and OFF again after `ms`."""
@@ -338,6 +353,11 @@ def _set(one: Instruction, task: Running, world: World) -> int:
     return NEXT
 
 
+def _reset_counter(one: Instruction, task: Running, world: World) -> int:
+    world.reset_counter()
+    return NEXT
+
+
 def _out(one: Instruction, task: Running, world: World) -> int:
     port, duration = one.args
     if duration is None:
@@ -392,7 +412,21 @@ def _wait(one: Instruction, task: Running, world: World) -> int:
 
 
 def _wait_arm(one: Instruction, task: Running, world: World) -> int:
-    return STAY if world.motion.moving(one.args[0]) else NEXT
+    """Wait for the end of a movement, or until the given axes are within their tolerances."""
+    robot, *axes = one.args
+    if axes == [None]:
+        return STAY if world.motion.moving(robot) else NEXT
+    indices = world.arm(robot).indices
+    places = [integer(evaluate(axis, world, task), world.config) for axis in axes if axis]
+    if not all(1 <= place <= len(indices) for place in places):
+        raise CommandError(world.config.no_axis_alarm)
+    if not world.motion.moving(robot):
+        return NEXT
+    movement = world.motion.under_way_of(robot)
+    near = {indices[place - 1] for place in places}
+    if movement is None or not near or not movement.is_near(world.now_us, world.positions, near):
+        return STAY
+    return NEXT
 
 
 # Movements and settings
@@ -406,7 +440,12 @@ def _movement(one: Instruction, task: Running, world: World) -> int:
     if task.execution is None:
         if not _may_begin(robot, world):
             return STAY
-        task.execution = world.perform(request(one, world, task))
+        if one.kind == "path_start":
+            wanted = _follow(robot, task.moving_at == task.at, world)
+        else:
+            wanted = request(one, world, task)
+        task.execution = world.perform(wanted)
+        task.moving_at = task.at
         task.passed = set()
         movement = _movement_of(task.execution)
         movement.by_program = True
@@ -417,11 +456,41 @@ def _movement(one: Instruction, task: Running, world: World) -> int:
     for option in options:
         if option.kind == "stop_on" and _true(option.args[0], task, world):
             world.motion.cancel(robot)
-            task.execution = None
+            task.execution, task.moving_at = None, -1
             return NEXT
     if not world.step(task.execution) and not (one.kind != "push" and _is_out(movement, world)):
         return STAY
-    task.execution = None
+    task.execution, task.moving_at = None, -1
+    return NEXT
+
+
+def _follow(robot: int, resumed: bool, world: World) -> Request:
+    """Return the request of PATH START."""
+    way = world.ways.get(robot)
+    if way is None or not way.ended or not way.parts:
+        raise CommandError(world.config.program_path_alarm)
+    return Request(PATH_START, robot, {"way": way, "resumed": resumed})
+
+
+def _path(one: Instruction, task: Running, world: World) -> int:
+    """Begin, extend or end the definition of a path."""
+    robot = one.args[0]
+    way = world.ways.get(robot)
+    if one.kind == "path_set":
+        arm, given = world.arm(robot), one.args[1]
+        start = arm.here
+        if given is not None:
+            point = evaluate(given, world, task)
+            hand = point.hand or arm.hand_system
+            start = arm.pulses_of(point.data, mm=point.mm, hand=hand)
+        world.ways[robot] = Way(start)
+        return NEXT
+    if way is None or way.ended:
+        raise CommandError(world.config.program_path_alarm)
+    if one.kind == "path":
+        world.ways[robot] = replace(way, parts=(*way.parts, path_part(one, world, task)))
+    else:
+        world.ways[robot] = replace(way, ended=True)
     return NEXT
 
 
@@ -458,10 +527,15 @@ def _is_out(movement: Movement, world: World) -> bool:
     """Return whether all moving axes are in the OUT position range (guide, 4.2.1)."""
     if (world.now_us - movement.start_us) < movement.path.approach * 1e6:
         return False
+    if movement.out_positions is None:
+        config, get = world.config, world.memory.parameters.get
+        movement.out_positions = {
+            index: get(robot, "OUTPOS", config.axes_of(robot).index(index))
+            for index in movement.path.target
+            for robot in (config.axes[index].robot,)
+        }
     for index, end in movement.path.target.items():
-        robot = world.config.axes[index].robot
-        place = world.config.axes_of(robot).index(index)
-        if abs(end - world.positions[index]) > world.memory.parameters.get(robot, "OUTPOS", place):
+        if abs(end - world.positions[index]) > movement.out_positions[index]:
             return False
     return True
 
@@ -552,6 +626,8 @@ _FUNCTIONS: dict[str, Callable[[Instruction, Any, Any], int]] = {
     "start_task": _start_task,
     **dict.fromkeys(("suspend", "restart", "cut"), _task_order),
     **dict.fromkeys(("set_", "reset"), _set),
+    "reset_counter": _reset_counter,
+    **dict.fromkeys(("path_set", "path", "path_end"), _path),
     "out": _out,
     "delay": _delay,
     "duration": _duration,

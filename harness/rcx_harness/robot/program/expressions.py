@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from datetime import datetime
 from typing import Any, Protocol
 
 from rcx_harness.robot.alarms import CommandError
@@ -11,7 +12,7 @@ from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.ports import Port, Ports
-from rcx_harness.robot.program.syntax import Node
+from rcx_harness.robot.program.syntax import COORDINATES, Node
 from rcx_harness.robot.program.values import (
     Value,
     calculate,
@@ -48,8 +49,19 @@ class Surroundings(Protocol):
     def now_us(self) -> int:
         """Return the time of this controller cycle [us]."""
 
+    @property
+    def clock(self) -> datetime:
+        """Return date and time of the controller."""
+
+    @property
+    def counted_us(self) -> int:
+        """Return the time since power-on or the last RESET TCOUNTER [us]."""
+
     def arm(self, robot: int) -> Arm:
         """Return a robot by its number, 1 to 4."""
+
+    def error_of(self, number: int) -> tuple[str, int] | None:
+        """Return alarm number and line of the last error that a task has handled."""
 
 
 class Scope(Protocol):
@@ -114,7 +126,7 @@ def assign(target: Node, source: Node, world: Surroundings, scope: Scope) -> Non
         x, y, z, r = shift
         world.memory.shifts[place] = (x, y, z, r)
     else:
-        _assign_hand(_place("hands", target, world, scope), source, world)
+        _assign_hand(_place("hands", target, world, scope), source, value, world)
 
 
 def write_ports(ports: tuple[Port, ...], value: int, world: Surroundings) -> None:
@@ -125,8 +137,8 @@ def write_ports(ports: tuple[Port, ...], value: int, world: Surroundings) -> Non
 
 def _assign_variable(target: Node, value: Value, world: Surroundings, scope: Scope) -> None:
     name, *indices = target.args
-    if name.startswith("LOC") and name[3:] in _COORDINATES:
-        _assign_coordinate(_COORDINATES.index(name[3:]), indices[0], value, world, scope)
+    if name in COORDINATES and indices[0] is not None:
+        _assign_coordinate(COORDINATES[name], indices[0], value, world, scope)
         return
     if (static := variable_number(name)) is not None and indices == [None]:
         world.memory.variables.assign(static, number_of(value, world.config))
@@ -164,8 +176,6 @@ def _key(name: str, indices: list[Node | None], world: Surroundings, scope: Scop
 
 # Points, shifts and hands
 
-_COORDINATES = ("X", "Y", "Z", "R", "A", "B")
-
 
 def _place(kind: str, target: Node, world: Surroundings, scope: Scope) -> int:
     place = integer(evaluate(target.args[0], world, scope), world.config)
@@ -197,7 +207,10 @@ def _assign_coordinate(
     world.memory.points[place] = world.memory.changed(point, tuple(data))
 
 
-def _assign_hand(place: int, source: Node, world: Surroundings) -> None:
+def _assign_hand(place: int, source: Node, value: Value, world: Surroundings) -> None:
+    if isinstance(value, Hand):
+        world.memory.hands[1, place] = value
+        return
     if source.kind != "data":
         raise CommandError(world.config.program_type_alarm)
     values, mm, on_r = source.args
@@ -231,6 +244,10 @@ def _point(args: tuple[Any, ...], world: Surroundings, scope: Scope) -> Point:
 
 def _shift(args: tuple[Any, ...], world: Surroundings, scope: Scope) -> Value:
     return world.memory.shift(_place("shifts", Node("shift", args), world, scope))
+
+
+def _hand(args: tuple[Any, ...], world: Surroundings, scope: Scope) -> Value:
+    return world.memory.hand(1, _place("hands", Node("hand", args), world, scope))
 
 
 def _data(args: tuple[Any, ...], world: Surroundings, scope: Scope) -> Point:
@@ -288,6 +305,7 @@ _EVALUATORS: dict[str, Evaluator] = {
     "port": _port,
     "point": _point,
     "shift": _shift,
+    "hand": _hand,
     "data": _data,
     "variable": _variable,
     "compare": _compare,
@@ -368,8 +386,9 @@ def _coordinate(axis: int) -> Function:
         (value,) = _arguments(nodes, 1, world, scope)
         if isinstance(value, Point):
             return number(value.data[axis] / _SCALE, world.config) if value.mm else value.data[axis]
-        if isinstance(value, tuple) and axis < len(value):
-            return number(value[axis] / _SCALE, world.config)
+        data = value.data[:3] if isinstance(value, Hand) else value
+        if isinstance(data, tuple) and axis < len(data):
+            return number(data[axis] / _SCALE, world.config)
         raise CommandError(world.config.program_type_alarm)
 
     return run
@@ -377,19 +396,48 @@ def _coordinate(axis: int) -> Function:
 
 def _error_number(nodes: list[Node], world: Surroundings, scope: Scope) -> int:
     """Return the alarm number of the last error: group * 65536 + category, as &HGGGGCCCC."""
-    if scope.error is None:
+    error = _error(nodes, world, scope)
+    if error is None:
         return 0
-    group, _, category = scope.error[0].partition(".")
+    group, _, category = error[0].partition(".")
     return int(group) << 16 | int(category)
 
 
 def _error_line(nodes: list[Node], world: Surroundings, scope: Scope) -> int:
-    return scope.error[1] if scope.error else 0
+    error = _error(nodes, world, scope)
+    return error[1] if error else 0
+
+
+def _error(nodes: list[Node], world: Surroundings, scope: Scope) -> tuple[str, int] | None:
+    """Return the last error of this task, or of the task whose number is given."""
+    number = integer(evaluate(nodes[0], world, scope), world.config) if nodes else 0
+    return world.error_of(number) if number else scope.error
 
 
 def _counter(nodes: list[Node], world: Surroundings, scope: Scope) -> int:
-    """Return a counter of milliseconds since power-on; it wraps after 65535."""
-    return world.now_us // 1000 % 65536
+    """Return a counter since power-on or RESET TCOUNTER; it wraps after 65535."""
+    return world.counted_us // (1000 * world.config.tcounter_ms) % 65536
+
+
+def _timer(nodes: list[Node], world: Surroundings, scope: Scope) -> int:
+    """Return the seconds since midnight."""
+    now = world.clock
+    return (now.hour * 60 + now.minute) * 60 + now.second
+
+
+def _clock(form: str) -> Function:
+    def run(nodes: list[Node], world: Surroundings, scope: Scope) -> str:
+        return world.clock.strftime(form)
+
+    return run
+
+
+def _chr(nodes: list[Node], world: Surroundings, scope: Scope) -> str:
+    (value,) = _arguments(nodes, 1, world, scope)
+    code = integer(value, world.config)
+    if not 0 <= code <= 255:
+        raise CommandError(world.config.program_type_alarm)
+    return chr(code)
 
 
 def _value_of(text: str) -> Value:
@@ -425,5 +473,9 @@ FUNCTIONS: dict[str, Function] = {
     "ERR": _error_number,
     "ERL": _error_line,
     "TCOUNTER": _counter,
-    **{f"LOC{name}": _coordinate(axis) for axis, name in enumerate(_COORDINATES)},
+    "TIMER": _timer,
+    "TIME$": _clock("%H:%M:%S"),
+    "DATE$": _clock("%y/%m/%d"),
+    "CHR$": _chr,
+    **{name: _coordinate(axis) for name, axis in COORDINATES.items()},
 }

@@ -14,9 +14,9 @@ from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.program.expressions import Scope, Surroundings, evaluate, number_of
 from rcx_harness.robot.program.syntax import Instruction, Node
 from rcx_harness.robot.program.values import integer
-from rcx_harness.robot.stored import ROBOT_PARAMETERS, Point, parameter_ranges
+from rcx_harness.robot.stored import AXES, ROBOT_PARAMETERS, Point, parameter_ranges
 
-__all__ = ["Request", "change_parameter", "request"]
+__all__ = ["PATH_START", "Request", "Way", "change_parameter", "path_part", "request"]
 
 _SCALE = 1000
 _DIRECT_SPEED, _PERCENT, _MM_PER_S = 1, 2, 3
@@ -41,6 +41,26 @@ _AXIS_CODES = {
     "drivei": (0x014, 0x016, 0x017),
     "push": (0x04B, 0x04C, 0x04D),
 }
+
+
+#: PATH START, which no remote command does; a code that cannot come over the wire.
+PATH_START = -1
+_POSITIONS, _DISTANCES = 0x007, 0x00F
+
+
+@dataclass(frozen=True)
+class Way:
+    """A path that PATH statements define.
+
+    Attributes:
+        start: Its start [pulses].
+        parts: For each line or arc its points, and its speed and accelerations as in a Request.
+        ended: PATH END has ended its definition.
+    """
+
+    start: tuple[int, ...]
+    parts: tuple[tuple[tuple[Point, ...], Mapping[str, Any]], ...] = ()
+    ended: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,8 +96,24 @@ def _move(one: Instruction, world: Surroundings, scope: Scope) -> Request:
     return Request(code, robot, values)
 
 
+def path_part(
+    one: Instruction, world: Surroundings, scope: Scope
+) -> tuple[tuple[Point, ...], Mapping[str, Any]]:
+    """Return the part that a PATH statement adds to a Way.
+
+    Raises:
+        CommandError: a point is not defined, or an option is impossible.
+    """
+    _, _, targets, options = one.args
+    points = tuple(evaluate(target, world, scope) for target in targets)
+    return points, _paced(options, world, scope)
+
+
 def _axis(one: Instruction, world: Surroundings, scope: Scope) -> Request:
     robot, pair, *options = one.args
+    pairs = [pair, *(option for option in options if option.kind == "axis_target")]
+    if len(pairs) > 1:
+        return _axes(one, pairs, world, scope)
     axis, target = (evaluate(part, world, scope) for part in pair.args)
     values = _paced(options, world, scope)
     values["axes"] = 1 << _axis_place(axis, world)
@@ -95,6 +131,33 @@ def _axis(one: Instruction, world: Surroundings, scope: Scope) -> Request:
         values["push_time_flag"] = time_ms is not None
         values["push_time"] = 0 if time_ms is None else integer(time_ms, world.config)
     return Request(code, robot, values)
+
+
+def _axes(one: Instruction, pairs: Sequence[Node], world: Surroundings, scope: Scope) -> Request:
+    """Return the request of DRIVE or DRIVEI with several axes, which start and end together."""
+    robot, _, *options = one.args
+    arm, relative = world.arm(robot), one.kind == "drivei"
+    places, values = 0, [0] * AXES
+    for pair in pairs:
+        axis, target = (evaluate(part, world, scope) for part in pair.args)
+        place = _axis_place(axis, world)
+        if place >= len(arm.axes) or places >> place & 1:
+            raise CommandError(world.config.no_axis_alarm)
+        places |= 1 << place
+        mm = isinstance(target, float) or (isinstance(target, Point) and target.mm)
+        if isinstance(target, Point):
+            value = target.data[place]
+            if not relative:
+                hand = target.hand or arm.designated_hand
+                values[place] = arm.pulses_of(target.data, mm=mm, hand=hand)[place]
+                continue
+        else:
+            value = round(target * _SCALE) if mm else integer(target, world.config)
+        convert = arm.way_pulses if relative else arm.place_pulses
+        values[place] = convert(place, value, mm=mm)
+    fields = {**_paced(options, world, scope), "axis_designation": 1, "axes": places}
+    name = "distances" if relative else "targets"
+    return Request(_DISTANCES if relative else _POSITIONS, robot, {**fields, name: tuple(values)})
 
 
 def _pallet(one: Instruction, world: Surroundings, scope: Scope) -> Request:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from lark import Lark, Token, Transformer, Tree, UnexpectedInput
+from lark import Lark, Token, Transformer, Tree, UnexpectedInput, UnexpectedToken
 
 from rcx_harness.robot.ports import Port, port
 from rcx_harness.robot.program.syntax import Node
@@ -17,8 +18,82 @@ from structured_text.errors import InputError
 __all__ = ["parse"]
 
 
+#: Parts of a statement: what stays as it is (texts, names, ports with their numbers, rows of
+#: numbers, hexadecimal and binary numbers), a label behind a word, or a number, also that of a
+#: point, a shift or a hand.
+_PARTS = re.compile(
+    r"""(?P<word>\b(?:GOTO|GOSUB|THEN|ELSE)\s+)(?P<label>\*[A-Z][A-Z0-9_]*)
+    | "[^"]*" | (?:D[IO]|MO|LO|TO|S[IO][WD]?)\d*\s*\([^()]*\) | &[HB][0-9A-F]+
+    | \d[\d.]*(?:\s+[+-]?\d[\d.]*)+ | (?![PSH]\d+(?![A-Z0-9_%!$(]))[A-Z_][A-Z0-9_]*[%!$]?
+    | \[\s*\d+\s*\]
+    | (?<![\w.])(?P<kind>[PSH]?)(?P<number>\d+)(?![\w.%!$(])""",
+    re.VERBOSE,
+)
+#: The first number in place of the numbers of a statement, and the beginning of the labels in place
+#: of its labels; no program has them.
+_FIRST_MARK, _LABEL_MARK = 900_000_001, "*MARK_OF_A_LABEL_"
+
+
 def parse(text: str) -> Node:
     """Return the node of a statement in upper case.
+
+    Statements that differ in their numbers and labels only are parsed once: programs have many of
+    them.
+
+    Raises:
+        InputError: the statement cannot be read.
+    """
+    values: list[int | str] = []
+
+    def mark(part: re.Match[str]) -> str:
+        place = len(values)
+        if part["label"] is not None:
+            values.append(part["label"])
+            return f"{part['word']}{_LABEL_MARK}{place}"
+        if part["number"] is not None:
+            values.append(int(part["number"]))
+            return f"{part['kind']}{_FIRST_MARK + place}"
+        return part[0]
+
+    shape = _PARTS.sub(mark, text)
+    node = _shape(shape, len(values)) if values else None
+    return _parsed(text) if node is None else _filled(node, values)
+
+
+@cache
+def _shape(text: str, count: int) -> Node | None:
+    """Return the node of a statement with marks; None if a mark has become something else."""
+    try:
+        node = _parsed(text)
+    except InputError:
+        return None
+    parts = [part for one in node.walk() for part in one.args]
+    marks = [place for part in parts if (place := _place(part)) is not None]
+    return node if sorted(marks) == list(range(count)) else None
+
+
+def _place(part: object) -> int | None:
+    """Return the place of a mark in the statement, or None if a part is not a mark."""
+    if isinstance(part, int) and part >= _FIRST_MARK:
+        return part - _FIRST_MARK
+    if isinstance(part, str) and part.startswith(_LABEL_MARK):
+        return int(part.removeprefix(_LABEL_MARK))
+    return None
+
+
+def _filled(node: Node, values: Sequence[int | str]) -> Node:
+    """Return the node with the values in place of the marks."""
+    args: list[Any] = []
+    for part in node.args:
+        place = None if isinstance(part, Node) else _place(part)
+        if place is not None:
+            part = values[place]
+        args.append(_filled(part, values) if isinstance(part, Node) else part)
+    return Node(node.kind, tuple(args))
+
+
+def _parsed(text: str) -> Node:
+    """Parse one statement.
 
     Raises:
         InputError: the statement cannot be read.
@@ -26,9 +101,37 @@ def parse(text: str) -> Node:
     try:
         node = _parser().parse(text)
     except UnexpectedInput as error:
-        raise explain(text, error.column) from None
+        raise explain(text, error.column, _missing(error)) from None
     assert isinstance(node, Node)
     return node
+
+
+def _missing(error: UnexpectedInput) -> str:
+    """Return what a statement lacks at its end; empty if it has something that does not fit."""
+    if not isinstance(error, UnexpectedToken) or error.token.type != "$END":
+        return ""
+    possible = error.accepts or set()
+    if len(possible) == 1:
+        (name,) = possible
+        return _MISSING.get(name, "something")
+    return next((text for name, text in _MISSING.items() if name in possible), "something")
+
+
+#: What is missing, by one of the terminals that may follow; the first that fits is named.
+_MISSING = {
+    "NUMBER": "a value",
+    "POINT": "a target",
+    "RPAR": "')'",
+    "RSQB": "']'",
+    "RBRACE": "'}'",
+    "LABEL": "a label such as *LOOP",
+    "EQUAL": "'='",
+    "TASK": "a task such as T2",
+    "THEN": "THEN",
+    "TO": "TO",
+    "NAME": "a name",
+    "COMMA": "','",
+}
 
 
 @cache

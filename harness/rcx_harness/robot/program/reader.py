@@ -18,6 +18,8 @@ _REMARK = re.compile(r"REM\b.*")
 #: A text in quotes, else the character that ends a statement or begins a comment.
 _PIECES = re.compile(r'"[^"]*"|[:\']')
 _LONGEST = 255
+#: Bytes that no text has: control characters other than tab, line feed, form feed and return.
+_CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1f]")
 
 
 def read_file(path: Path) -> Program:
@@ -43,8 +45,15 @@ def text_of(path: Path) -> str:
         raw = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot read it: {error.strerror}", file=path) from error
-    if b"\0" in raw:
-        raise InputError("it is no text: it contains a zero byte", file=path)
+    raw = raw.rstrip(b"\x1a")  # the end of a file that came over a serial line
+    if control := _CONTROL.search(raw):
+        line = raw[: control.start()].count(b"\n") + 1
+        raise InputError(
+            f"it is no text: it contains the byte {control[0][0]:02X}",
+            file=path,
+            line=line,
+            hint="save the program as text in UTF-8",
+        )
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -10,10 +10,20 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-__all__ = ["MOVES", "OPTIONS", "SILENT", "Instruction", "Node", "Program", "Subroutine"]
+__all__ = [
+    "COORDINATES",
+    "MOVES",
+    "OPTIONS",
+    "SIGNATURES",
+    "SILENT",
+    "Instruction",
+    "Node",
+    "Program",
+    "Subroutine",
+]
 
 #: Kinds of the instructions that start a movement.
-MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push")
+MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push", "path_start")
 #: The options of movements that are names, as they are written before `=`.
 OPTIONS = (
     "S",
@@ -34,6 +44,30 @@ OPTIONS = (
 #: Kinds of the instructions that belong to no statement: labels, and the jump over a SUB or from
 #: the end of a branch to the end of its block.
 SILENT = ("label", "declare", "leave")
+
+#: The functions of one coordinate, and its place: LOCX is LOC1.
+COORDINATES = {
+    f"LOC{name}": place for names in ("XYZRAB", "123456") for place, name in enumerate(names)
+}
+#: Arguments and result of each function by letters: n number, t text, p point, e an element's
+#: owner (a point, a shift or a hand). Capital letters are arguments that can be left out.
+SIGNATURES = {
+    **dict.fromkeys(("ABS", "INT", "SQR", "SIN", "COS", "TAN", "ATN", "RADDEG", "DEGRAD"), "n:n"),
+    **dict.fromkeys(("ERR", "ERL"), "N:n"),
+    **dict.fromkeys(("TIMER", "TCOUNTER"), ":n"),
+    **dict.fromkeys(("TIME$", "DATE$"), ":t"),
+    **dict.fromkeys(("WHERE", "WHRXY"), ":p"),
+    **dict.fromkeys(("LEFT$", "RIGHT$"), "tn:t"),
+    **dict.fromkeys(COORDINATES, "e:n"),
+    "ATN2": "nn:n",
+    "LEN": "t:n",
+    "VAL": "t:n",
+    "ORD": "t:n",
+    "STR$": "n:t",
+    "CHR$": "n:t",
+    "MID$": "tnn:t",
+    "DIST": "pp:n",
+}
 
 
 @dataclass(frozen=True)

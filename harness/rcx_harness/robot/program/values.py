@@ -9,12 +9,12 @@ from typing import Any
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.stored import AXES, Point, Shift, fits_integer, nearest, single
+from rcx_harness.robot.stored import AXES, Hand, Point, Shift, fits_integer, nearest, single
 
 __all__ = ["Value", "calculate", "combine", "compare", "convert", "integer", "number", "to_point"]
 
 #: A value of an expression; shifts are tuples of four integers.
-Value = int | float | str | Point | Shift
+Value = int | float | str | Point | Shift | Hand
 
 _TRUE, _FALSE = -1, 0
 _SCALE = 1000

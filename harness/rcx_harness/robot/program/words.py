@@ -17,7 +17,11 @@ __all__ = ["Word", "explain", "words"]
 
 #: Limit of a statement in a message [characters].
 _LONGEST = 40
-_WORD = re.compile(r"[A-Z][A-Z0-9_]*\$?")
+#: The last part of a statement: a port or another name with its brackets, a number or a sign.
+_LAST = re.compile(r"[A-Z0-9_%!$.&*]+(?:\([^()]*\))?|[^\s\w]")
+#: A movement that ends behind its interpolation.
+_NO_TARGET = re.compile(r"MOVE[IT]?\s*(\[\d\])?\s*[PLC]\s*,?")
+_WORD = re.compile(r"[A-Z][A-Z0-9_]*[%!$]?")
 
 
 @dataclass(frozen=True)
@@ -50,13 +54,16 @@ def words() -> Mapping[str, Word]:
     }
 
 
-def explain(text: str, column: int) -> InputError:
+def explain(text: str, column: int, missing: str = "") -> InputError:
     """Return the error for a statement that the grammar does not have.
 
     Args:
         text: The statement.
         column: Column of the first character that does not fit, from 1; below 1: its end.
+        missing: What the statement lacks at its end; empty: nothing.
     """
+    if not missing and _NO_TARGET.fullmatch(text):
+        missing = "a target"
     match = _WORD.match(text)
     name = match[0] if match else ""
     word = words().get(name)
@@ -64,22 +71,25 @@ def explain(text: str, column: int) -> InputError:
         return InputError(f"{name} is not executed by the virtual controller", hint=word.instead)
     if word and word.form:
         return InputError(
-            f"cannot read {_shown(text)}: {_near(text, column)}", hint=f"write {word.form}"
+            f"cannot read {_shown(text)}: {_near(text, column, missing)}",
+            hint=f"write {word.form}",
         )
     statement = not text[len(name) :].lstrip().startswith(("=", "("))
     if name and statement:
         near = get_close_matches(name, words(), 1)
-        hint = f"did you mean {near[0]}?" if near else "docs/reference/robot-language.md lists all"
+        hint = f"did you mean {near[0]}?" if near else "the page robot-language.md lists all"
         return InputError(f"unknown statement {name}", hint=hint)
     hint = "write a statement, such as WAIT SI(20)=1 or SO(20)=1"
-    return InputError(f"cannot read {_shown(text)}: {_near(text, column)}", hint=hint)
+    return InputError(f"cannot read {_shown(text)}: {_near(text, column, missing)}", hint=hint)
 
 
 def _shown(text: str) -> str:
     return f"'{text}'" if len(text) <= _LONGEST else f"'{text[:_LONGEST]}...'"
 
 
-def _near(text: str, column: int) -> str:
+def _near(text: str, column: int, missing: str) -> str:
     """Return the place of an error in words."""
+    if missing:
+        return f"{missing} is missing after '{_LAST.findall(text)[-1]}'"
     rest = text[column - 1 :] if column > 0 else ""
     return f"'{rest[:20]}' was not expected" if rest else "something is missing at its end"

@@ -4,6 +4,7 @@ import { Chart } from "./chart.js";
 import { Monitor, element, say } from "./monitor.js";
 import { Operate } from "./operate.js";
 import { Positions } from "./positions.js";
+import { Programs } from "./programs.js";
 
 const EVERY_MS = 200;
 const $ = (id) => document.getElementById(id);
@@ -11,6 +12,7 @@ const $ = (id) => document.getElementById(id);
 const monitor = new Monitor($("monitor"));
 const chart = new Chart($("chart"), $("measure"));
 const positions = new Positions($("robots"), $("positions").tBodies[0]);
+const programs = new Programs($("programs"), $("listings"));
 let chosen = 0;
 const operate = new Operate(() => chosen);
 
@@ -120,6 +122,12 @@ async function update() {
     positions.model(now, model);
   }
   positions.show(now);
+  if (programs.wants(now)) {
+    const listings = await (await get(`api/robots/${asked}/programs`)).json();
+    if (asked !== chosen) return;
+    programs.list(now, listings);
+  }
+  programs.show(now);
   showNotes(now);
   monitor.show(now);
   if (chart.wants(asked)) {

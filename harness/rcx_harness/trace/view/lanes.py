@@ -34,7 +34,8 @@ class Lane:
 
     Attributes:
         name: The text beside it.
-        colour: Its kind: `input`, `output`, `command`, `status`, `variable`, `curve` or `rule`.
+        colour: Its kind: `input`, `output`, `command`, `status`, `task`, `variable`, `curve` or
+            `rule`.
         short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
         idle: Number of the text that is drawn as a line only.
         show: Format of a number: `digits` in hexadecimal, `precision`, `fine` for so many parts.

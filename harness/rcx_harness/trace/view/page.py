@@ -16,6 +16,7 @@ from rcx_harness.spec.wire import AREA_SIZES, CYCLE_US
 from rcx_harness.trace.records import Cycle, Record, Scan
 from rcx_harness.trace.view.lanes import Group, Lane, Lanes, Variables, Wire
 from rcx_harness.trace.view.pack import Numbers, Packed, Texts, put_whole
+from rcx_harness.trace.view.programs import Programs
 from rcx_harness.trace.view.robots import Robots
 from rcx_harness.watch.sections import section_of
 from structured_text.errors import InputError, Violation
@@ -31,6 +32,8 @@ SCRIPTS = (
     "chart.js",
     "robot.js",
     "robots.js",
+    "listing.js",
+    "programs.js",
     "play.js",
     "page.js",
 )
@@ -75,6 +78,10 @@ class View:
             self._robots = Robots(header.get("robots", []), lanes, unit)
         except (AttributeError, KeyError, TypeError, ValueError):
             raise InputError("what the header says of robots is none") from None
+        try:
+            self._programs = Programs(self._lanes, header.get("programs", []))
+        except (AttributeError, KeyError, TypeError, ValueError):
+            raise InputError("what the header says of robot programs is none") from None
 
     def _axis(self, title: str, controller: int) -> Lane:
         who = f"{controller}: " if controller > 1 else ""
@@ -108,6 +115,8 @@ class View:
                     self._lanes.note(lane, record.t_us, round(value * _FINE))
             if isinstance(record, Cycle) and record.poses is not None and "robots" in self._header:
                 self._robots.take(record.t_us, record.controller, record.poses)
+            if isinstance(record, Cycle) and record.tasks is not None:
+                self._programs.take(record.t_us, record.controller, record.tasks)
         except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError):
             text = f"the values at {record.t_us} us are not those that the header describes"
             raise InputError(text) from None
@@ -149,6 +158,7 @@ class View:
         sides = [one for _, both in sorted(self._wires.items()) for one in both.values()]
         groups = [group for wire in sides for group in wire.groups()]
         others = list(self._variables.groups())
+        yield from self._programs.groups()
         yield from (group for group in groups if group.open)
         yield from (group for group in others if group.open)
         for who, axes in enumerate(self._positions, 1):
@@ -195,6 +205,7 @@ class View:
             "texts": list(self._lanes.texts),
             "sections": self._sections,
             "robots": self._robots.table(places),
+            "programs": self._programs.table(places),
             "groups": [
                 {"title": one.title, "open": one.open, "lanes": [places[id(k)] for k in one.lanes]}
                 for one in groups

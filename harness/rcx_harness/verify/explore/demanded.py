@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from typing import Any
 
-from rcx_harness.verify.properties import Declared, followed
+from rcx_harness.verify.properties import Areas, Declared, followed
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
 
@@ -15,24 +15,30 @@ __all__ = ["Demanded"]
 class Demanded:
     """The properties of a program that the exploration puts into one state after another."""
 
-    def __init__(self, program: Program, declared: Sequence[Declared], scan_us: int) -> None:
+    def __init__(
+        self,
+        program: Program,
+        declared: Sequence[Declared],
+        scan_us: int,
+        areas: Areas | None = None,
+    ) -> None:
         for one in declared:
             if callable(one.that) or callable(one.after):
                 hint = "write it as [[always]] or [[eventually]] in a TOML file"
                 text = f"{one.name}: properties in Python cannot be explored"
                 raise InputError(text, file=one.file, hint=hint)
         self._program, self._scan_us = program, scan_us
-        self._followed = followed(program, declared)
+        self._followed = followed(program, declared, areas=areas)
 
     def state(self, now_us: int = 0) -> Hashable:
         """Return the memory of the properties after a scan at this time."""
-        return tuple(_relative(one.snapshot(), now_us) for one in self._followed)
+        return tuple(one.memory(now_us) for one in self._followed)
 
     def go_to(self, state: Any, now_us: int) -> None:
         """Restore a state, for a next scan at this time."""
         before_us = now_us - self._scan_us
-        for one, (left_us, was, before) in zip(self._followed, state, strict=True):
-            one.restore((False, None if left_us is None else before_us + left_us, was, before))
+        for one, memory in zip(self._followed, state, strict=True):
+            one.remember(memory, before_us)
 
     def scan(self, now_us: int) -> list[str]:
         """Return the properties that a scan broke, in the words of `rcx run --properties`."""
@@ -41,8 +47,3 @@ class Demanded:
             for one in self._followed
             if one.scan(now_us)
         ]
-
-
-def _relative(snapshot: Any, now_us: int) -> Hashable:
-    _, due_us, was, before = snapshot
-    return None if due_us is None else due_us - now_us, was, tuple(before)

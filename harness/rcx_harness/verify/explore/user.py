@@ -6,7 +6,6 @@ import pickle
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import timedelta
 from functools import lru_cache, partial
 from hashlib import blake2b
 from io import BytesIO
@@ -21,6 +20,7 @@ from rcx_harness.cell.sources import blame_lib
 from rcx_harness.spec.wire import SIZE
 from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
 from rcx_harness.verify.explore.demanded import Demanded
+from rcx_harness.verify.explore.inputs import values_of
 from rcx_harness.verify.explore.monitors import Monitors
 from rcx_harness.verify.explore.state_tables import TABLES
 from rcx_harness.verify.properties import Declared
@@ -36,13 +36,11 @@ from structured_text.explore.shared import Stepping, shared
 from structured_text.farm import Farm
 from structured_text.language.load import load
 from structured_text.language.project import Project
-from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.language.walk import written
-from structured_text.output.units import parse_us
 from structured_text.projects.sources import SourceFiles
 from structured_text.prove.assertions import VARIABLE, Copies
 
-__all__ = ["Choice", "Explored", "Settings", "explore"]
+__all__ = ["Choice", "Explored", "Settings", "explore", "refuse"]
 
 #: Bytes of the digest that identifies a state.
 _DIGEST = 16
@@ -166,17 +164,19 @@ class _Program(World[Choice]):
     def __init__(
         self, project: Project, copies: Copies, settings: Settings, steady: Collection[str]
     ) -> None:
-        _refuse(project)
+        refuse(project)
         self._settings, self._copies = settings, copies
         self.program = program = BuiltinProgram.build(project)
         self.status: str | None = None
+        self._areas = (bytes(settings.size), bytes(settings.size))
         self._surround(project)
         self.inputs = {
-            path: list(_values(program, path, texts)) for path, texts in settings.inputs.items()
+            path: list(values_of(program, path, texts)) for path, texts in settings.inputs.items()
         }
         self._state = Abstraction(program, settings.scan_us, TABLES)
         self._monitors = Monitors(program, settings.size, settings.scan_us, steady)
-        self._demanded = Demanded(program, settings.properties, settings.scan_us)
+        areas = self._exchanged if settings.robot else None
+        self._demanded = Demanded(program, settings.properties, settings.scan_us, areas)
         sets = [("", "", None)]
         sets += [(path, *one) for path, found in self.inputs.items() for one in found]
         pairs = [(move, one) for move in self.moves for one in sets]
@@ -286,8 +286,12 @@ class _Program(World[Choice]):
 
     def _get(self, small: Small, now_us: int) -> tuple[Wire, list[str]]:
         """Return what the program has written, and the rules that it has broken."""
-        so, si = small.area(self._settings.size), self._image.get()
+        self._areas = so, si = small.area(self._settings.size), self._image.get()
         return Wire.of(si), self._monitors.scan(now_us, so, si, connected=small.link)
+
+    def _exchanged(self) -> Sequence[tuple[bytes, bytes]]:
+        """Return what the program has read and written in the last scan."""
+        return (self._areas,)
 
     def _stopped(self, error: InputError) -> str:
         for one in self._copies.assertions:
@@ -340,7 +344,7 @@ def _unpacked(packed: bytes) -> tuple[Any, ...]:
     return Small(*small), Wire(*wire), *others
 
 
-def _refuse(project: Project) -> None:
+def refuse(project: Project) -> None:
     """Raise InputError if states cannot be distinguished or never recur."""
     if any(run.every > 1 for run in project.schedule):
         raise InputError(
@@ -354,37 +358,6 @@ def _refuse(project: Project) -> None:
             file=clocks[0].file,
             hint="measure with a TON",
         )
-
-
-def _values(program: BuiltinProgram, path: str, texts: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """Yield the values of an input, each as text and as the program's value."""
-    kind = program.type_of(path)
-    if not texts and kind == ElementaryType("BOOL"):
-        texts = ("false", "true")
-    if not texts:
-        raise InputError(f"no values for {path}", hint=f"write --input {path}=1,2,3")
-    before = program.read(path)
-    for text in texts:
-        shown, value = _value(kind, path, text.strip())
-        program.write(path, value)  # raises InputError for a wrong value
-        yield shown, program.read(path)
-    program.write(path, before)
-
-
-def _value(kind: Type, path: str, text: str) -> tuple[str, Any]:
-    name = kind.name if isinstance(kind, ElementaryType) else ""
-    if isinstance(kind, EnumType) or name == "STRING":
-        return f'"{text}"', text
-    if name in ("TIME", "LTIME"):
-        return f'"{text}"', timedelta(microseconds=parse_us(text))
-    if name == "BOOL" and text.lower() in ("false", "true"):
-        return text.lower(), text.lower() == "true"
-    try:
-        number = float(text) if name in ("REAL", "LREAL") else int(text, 0)
-    except ValueError:
-        hint = "write it as --input Main.Start=false,true"
-        raise InputError(f"{text!r} is no value for {path}", hint=hint) from None
-    return repr(number), number
 
 
 def _left(project: Project, world: _Program) -> list[str]:

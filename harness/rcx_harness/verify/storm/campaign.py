@@ -11,6 +11,7 @@ from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import RECOVERY, Course
 from rcx_harness.verify.storm.draw import draw_storms
 from rcx_harness.verify.storm.moments import moments
+from rcx_harness.verify.storm.reached import Line, Reached
 from rcx_harness.verify.storm.replay import Replay, replay_of
 from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
@@ -27,12 +28,21 @@ _MOST_OF_A_KIND = 5
 
 
 class Seed(NamedTuple):
-    """The result of a seed: time [us] and text of each kind of failure, and virtual time [us]."""
+    """The result of a seed.
+
+    Attributes:
+        failures: Time [us] and text of each kind of failure.
+        virtual_us: Virtual time.
+        scans: Number of scans.
+        acts: Number of events.
+        lines: Lines of robot programs that were reached.
+    """
 
     failures: dict[str, tuple[int, str]]
     virtual_us: int
     scans: int
     acts: int
+    lines: tuple[Line, ...] = ()
 
 
 class Unexplained(NamedTuple):
@@ -94,15 +104,15 @@ class _Worker:
 
     def _seed(self, seed: int) -> Seed:
         course = self._course(seed, "")
+        reached = Reached(course.cell)
         storms = self._storms(seed, course)
         try:
             course.of(storms)
         except Failure as failure:
             course.failures.setdefault(failure.kind, failure)
         failures = {one.kind: (one.t_us, one.text) for one in course.failures.values()}
-        return Seed(
-            failures, course.cell.now_us, course.cell.scans, sum(len(one.acts) for one in storms)
-        )
+        cell, acts = course.cell, sum(len(one.acts) for one in storms)
+        return Seed(failures, cell.now_us, cell.scans, acts, reached.lines)
 
     def _explained(self, item: Unexplained) -> Explained:
         seed, *others = item.seeds

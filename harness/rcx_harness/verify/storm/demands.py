@@ -12,6 +12,8 @@ from typing import Any
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Entry, Stimulus
 from rcx_harness.cell.surroundings import OPPOSITES
+from rcx_harness.verify.handshakes.stable import stable_in
+from rcx_harness.verify.handshakes.standstill import standstills_in
 from rcx_harness.verify.properties import Declared, declared_in, from_python
 from rcx_harness.verify.recovery import Recovery, recovery_of
 from structured_text.bench.stimulus import typed
@@ -28,7 +30,9 @@ FAULTS = (
     *(one for one in OPPOSITES if one != "warning"),
     *("power_cycle", "alarm", "packets_lost", "packets_late", "packets_doubled", "plc_overrun"),
 )
-_KEYS = ("length", "operator", "faults", "always", "eventually", "recover")
+#: The keys of properties; they may be in several files.
+_PROPERTIES = ("always", "eventually", "stable", "deadlock")
+_KEYS = ("length", "operator", "faults", *_PROPERTIES, "recover")
 #: The largest delay of a packet [us]. With the default of FB_WriteArea.Margin, 150 ms, a delay up
 #: to this value is harmless even if all packets are lost up to the connection's time-out
 #: (docs/explanation/scan-model.md).
@@ -86,9 +90,10 @@ class Demands:
                 raise InputError("is neither a .toml nor a .py file", file=file)
             table = load_toml(file)
             properties += declared_in(table, file)
+            properties += [*stable_in(table, file), *standstills_in(table, file)]
             check_keys(table, _KEYS, file=file, every="keys are")
             for key, value in table.items():
-                if key in tables and key not in ("always", "eventually"):
+                if key in tables and key not in _PROPERTIES:
                     raise InputError(f"{key} is in {tables[key][1]}, too", file=file)
                 tables[key] = value, file
         _check_names(properties)

@@ -63,7 +63,7 @@ def _to_json(result: Any) -> Any:
     if isinstance(result, Explained):
         told = None if result.replay is None else asdict(result.replay)
         return {**result._asdict(), "replay": told}
-    return result._asdict()
+    return {key: value for key, value in result._asdict().items() if value or key != "lines"}
 
 
 def _from_json(given: Any) -> Any:
@@ -76,4 +76,5 @@ def _from_json(given: Any) -> Any:
         lists = (tuple(given[name]) for name in ("causes", "rest", "seeds"))
         return Explained(told, *lists)
     failures = {kind: (t_us, text) for kind, (t_us, text) in given["failures"].items()}
-    return Seed(failures, given["virtual_us"], given["scans"], given["acts"])
+    lines = tuple((number, name, line) for number, name, line in given.get("lines", ()))
+    return Seed(failures, given["virtual_us"], given["scans"], given["acts"], lines)

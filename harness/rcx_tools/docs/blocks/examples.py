@@ -14,12 +14,24 @@ from rcx_tools.library import library
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["FOLDER", "START_US", "Snippet", "Step", "own_pins", "program", "snippets", "stimulus"]
+__all__ = [
+    "FOLDER",
+    "ROBOT",
+    "START_US",
+    "Snippet",
+    "Step",
+    "own_pins",
+    "program",
+    "snippets",
+    "stimulus",
+]
 __all__ += ["without"]
 
 FOLDER = ROOT / "docs/reference/blocks"
 _FILE = FOLDER / "snippets.toml"
 
+#: The robot file of most examples, in programs/.
+ROBOT = "robot.toml"
 #: Time at which `Start` becomes TRUE: the controller is up, SI(00) and SI(06) are ON.
 START_US = 600_000
 
@@ -63,6 +75,7 @@ class Snippet:
             scale. Empty: the pins and signals that change, with a column for each change.
         buttons: More push buttons than Start; the events set them.
         last: Outputs are read at the end of the run, not when the block has ended.
+        robot: Its robot file in programs/.
     """
 
     pou: Pou
@@ -77,6 +90,7 @@ class Snippet:
     lanes: tuple[str, ...] = ()
     buttons: tuple[str, ...] = ()
     last: bool = False
+    robot: str = ROBOT
 
     @property
     def steps(self) -> list[Step]:
@@ -119,7 +133,7 @@ class Snippet:
         place = "docs/reference/blocks/programs"
         size = f" --size {self.size}" if self.size != 48 else ""
         return (
-            f"rcx run {place}/{self.path.name} --robot {place}/robot.toml{size} \\\n"
+            f"rcx run {place}/{self.path.name} --robot {place}/{self.robot}{size} \\\n"
             f"  --stimulus {place}/{self.stimulus_path.name} --for {seconds}"
         )
 
@@ -331,7 +345,7 @@ def _variables(snippet: Snippet, steps: Sequence[Step]) -> Iterator[str]:
         ("InputArea", f"RCX_IMAGE{words}", "robot to PLC, filled by your scanner"),
         ("OutputArea", f"RCX_IMAGE{words}", "PLC to robot, sent by your scanner"),
         ("Connected", "BOOL", "your scanner's status"),
-        ("CellSafe", "BOOL", "wire it to your safety circuit's answer"),
+        ("CellSafe", "BOOL", "status of your safety circuit: must be wired"),
         *((name, "BOOL", "push button") for name in buttons),
         ("Robot", "RCX_REF", ""),
         (f"ReadArea{kind}", f"FB_ReadArea{kind}", ""),

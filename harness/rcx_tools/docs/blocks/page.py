@@ -64,14 +64,14 @@ def block_page(name: str) -> str:
         lines += _example(run_of(name))
     elif name in without():
         lines += ["", f"No example of its own: {without()[name]}."]
-    lines += [*_errors(pou), *_types(pou), *_see_also(pou)]
+    lines += [*_robot_side(pou), *_errors(pou), *_types(pou), *_see_also(pou)]
     return "\n".join(lines) + "\n"
 
 
 def functions_page() -> str:
     """Return the page of the functions."""
     lines = [f"{MARK}; do not edit -->", "", "# Functions", ""]
-    lines += ["What the blocks calculate with. A function keeps nothing from call to call.", ""]
+    lines += ["Functions used by the blocks. A function has no memory.", ""]
     for pou in pous().values():
         if not pou.is_function:
             continue
@@ -91,7 +91,7 @@ def functions_page() -> str:
 def _meant(pou: Pou) -> str:
     errors = pou.errors()
     shown = ", ".join(f"`16#{error:04X}`" for error in errors)
-    return f"It may give {shown} ([errors](../errors.md))." if errors else ""
+    return f"Possible ErrorIDs: {shown} ([errors](../errors.md))." if errors else ""
 
 
 # ---- head
@@ -262,7 +262,7 @@ def _example(run: Run) -> Iterator[str]:
     if snippet.about:
         yield f"{snippet.about}\n"
     files = [f"programs/{snippet.path.name}", f"programs/{snippet.stimulus_path.name}"]
-    links = ", ".join(f"[{Path(one).name}]({one})" for one in [*files, "programs/robot.toml"])
+    links = ", ".join(f"[{Path(one).name}]({one})" for one in [*files, f"programs/{snippet.robot}"])
     yield f"{_WHOLE}: {links}. To run it:\n"
     yield "\n".join(f"    {line}" for line in snippet.command(run.seconds).splitlines())
     yield f"\n### Timing\n\n![Timing chart of the example](charts/{snippet.pou.name}.svg)\n"
@@ -273,6 +273,15 @@ def _example(run: Run) -> Iterator[str]:
         types = {pin.name: pin.type for pin in snippet.pou.pins}
         for name, value in run.outputs.items():
             yield f"| `{name}` | `{_value(value, types[name])}` |"
+
+
+def _robot_side(pou: Pou) -> Iterator[str]:
+    """Yield the robot program that a block works with, as text to paste."""
+    for file in sorted((ROOT / "plc/robot").glob("*.PGM")):
+        if any(file.name in paragraph for paragraph in pou.about):
+            text = file.read_text(encoding="utf-8").strip()
+            yield f"\n## Robot program\n\n{_file(file)}, to paste into your robot program:\n"
+            yield f"```text\n{text}\n```"
 
 
 def _at_end(snippet: Snippet) -> str:
@@ -287,10 +296,10 @@ def _timing(run: Run) -> str:
     took = ""
     if run.took_us is not None:
         took = f"From `{begin}` to `{end}` it took {run.took_us / 1000:g} ms. "
-    less = f" Words left out: {', '.join(run.left_out)}." if run.left_out else ""
+    less = f" Not shown: {', '.join(run.left_out)}." if run.left_out else ""
     return (
-        f"{took}Scan and RPI 10 ms; how long the controller takes is the virtual one's "
-        f"([fidelity](../../explanation/fidelity.md)).{less}"
+        f"{took}Scan and RPI are 10 ms. The times are those of the virtual controller; a real "
+        f"controller may be faster or slower ([fidelity](../../explanation/fidelity.md)).{less}"
     )
 
 
@@ -357,10 +366,10 @@ def _errors(pou: Pou) -> Iterator[str]:
         one = _error_table()[error]
         yield f"| `16#{error:04X}` | {one['name']} | {one['cause']} | {one['remedy']} |"
     if pou.pin("WorkErrorID"):
-        yield "\nWhat `WorkErrorID` brings is shown as it is."
+        yield "\nAn ErrorID of `WorkErrorID` is shown unchanged."
     if pou.pin("AlarmGroup"):
-        yield "\n`16#8020` brings the alarm in `AlarmGroup` and `AlarmCategory`; those that the"
-        yield "manual names are in the [panel sheet](../panel.html)."
+        yield "\nWith `16#8020`, `AlarmGroup` and `AlarmCategory` are the number of the alarm. The"
+        yield "[panel sheet](../panel.html) lists the alarms that the manual names."
 
 
 def _types(pou: Pou) -> Iterator[str]:

@@ -52,7 +52,7 @@ code { font: 7.4pt "DejaVu Sans Mono", Consolas, monospace; }
 """
 
 _STATUS = (
-    ("0x0000", "ready: nothing is out; the next command may be sent"),
+    ("0x0000", "ready: no command is being sent; the next command may be sent"),
     ("0x0100", "running: hold code and data"),
     ("0x0200", "normal end: take the response, then write code 0x0000"),
     ("0x4000", "abnormal end: alarm group in m+2, category in m+4; then code 0x0000"),
@@ -100,8 +100,8 @@ def _front() -> Iterator[str]:
     table = spec.signals()
     yield "<h1>YAMAHA RCX340/RCX320 over EtherNet/IP</h1>"
     yield (
-        "<p>m is the first byte of the area that the PLC reads, n of the one that it writes. These "
-        "signals are no safety function: the circuit at the SAFETY connector is.</p>"
+        "<p>m is the first byte of the area that the PLC reads, n the first byte of the area that "
+        "it writes. These signals are not a safety function; use the SAFETY connector.</p>"
     )
     blanks = ("Cell", "Controller's IP address", "m", "n", "Size", "RPI")
     yield f'<div class="fill">{"".join(f"<span>{escape(one)}</span>" for one in blanks)}</div>'
@@ -129,7 +129,7 @@ def _signals(signals: Sequence[Signal]) -> Iterator[str]:
 
 def _back() -> Iterator[str]:
     yield '<h2 class="back">Remote commands: word n, and the block that sends it</h2>'
-    yield "<p>R is the robot: 0 or 1 to 4. FB_RemoteCommand sends any of them in words.</p>"
+    yield "<p>R is the robot: 0 or 1 to 4. FB_RemoteCommand sends any command as words.</p>"
     yield '<div class="codes small">'
     category = None
     for command in spec.commands().values():
@@ -143,8 +143,8 @@ def _back() -> Iterator[str]:
     yield '<div class="small">'
     yield from _rows(("ErrorID", "Name", "Remedy"), map(_error, errors))
     yield "</div>"
-    yield "<p>Causes in full: docs/reference/errors.md; a block's own errors: "
-    yield "its page in docs/reference/blocks.</p>"
+    yield "<p>docs/reference/errors.md has the causes in full; the page of a block in "
+    yield "docs/reference/blocks lists the errors of this block.</p>"
 
 
 def _sender(command: Command) -> str:

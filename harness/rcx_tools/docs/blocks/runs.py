@@ -21,7 +21,6 @@ from structured_text.errors import InputError
 
 __all__ = ["Run", "run_of", "run_snippet"]
 
-_ROBOT = FOLDER / "programs/robot.toml"
 
 #: Time limit of a run, longer than the longest movement of the examples.
 _LONGEST_US = 20_000_000
@@ -120,7 +119,8 @@ def _run(snippet: Snippet, source: Path, events: Path, engine: str) -> Run:
     size = snippet.size
     recorder = Recorder(ChartSpec(snippet.pou.name, 0, 0, snippet.lanes)) if snippet.lanes else None
     watch = [*flags, *(recorder.watch if recorder else ())]
-    with Cell.build(source, engine=engine, robot=_ROBOT, size=size, watch=watch) as cell:
+    robot = FOLDER / "programs" / snippet.robot
+    with Cell.build(source, engine=engine, robot=robot, size=size, watch=watch) as cell:
         tracks = list(tracks_of(snippet, flags))
         if recorder:
             recorder.listen(cell)

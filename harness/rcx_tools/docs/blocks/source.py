@@ -24,6 +24,7 @@ _MEMBER = re.compile(r"^    (\w+),?\s*\(\* (.*?) \*\)$", re.MULTILINE)
 _ARRAY = re.compile(r"ARRAY \[(-?\d+)\.\.(-?\d+)\] OF (\w+)")
 _UNIT = re.compile(r"(?:^|\s+)\[([^\]]+)\]")
 _POU = re.compile(r"\bF[BC]_\w+\b")
+_NOWHERE = re.compile(r" \(no section: [^()]*\)")
 _WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
 _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 
@@ -131,7 +132,7 @@ class Pou:
             return sorted(found)
         if not any(pin.type == "RCX_IMAGE_WORDS" for pin in self.pins):
             found.discard(_ODD_OFFSET)
-        if "DoubleWord" not in self.name:
+        if "DoubleWord" not in self.name and self.pin("FirstWord") is None:
             found.discard(_ODD_NUMBER)
         if self.pin("Abort") is None:
             found.discard(_ABORTED)
@@ -181,7 +182,7 @@ def _pou(file: Path) -> Pou:
     first, *rest = _head(text)
     _, _, does = first.partition(": ")
     where = _WHERE.search(does)
-    does = (does.replace(where[0], "", 1) if where else does).strip()
+    does = (does.replace(where[0], "", 1) if where else _NOWHERE.sub("", does)).strip()
     tests = re.findall(r"tests/[\w/]+\.py", text.partition("*)")[0])
     code = _COMMENT.sub(" ", text)
     said = dict.fromkeys(_POU.findall(" ".join(_COMMENT.findall(text))))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 from pathlib import Path
+from random import Random
 from typing import Any
 
 from rcx_tools.evidence.mutants.baseline import Baseline
@@ -29,13 +31,14 @@ from rcx_tools.evidence.mutants.workshop import Workshop
 from rcx_tools.library import files as generated_files
 from rcx_tools.library.alarm_texts import text_files
 from structured_text.mutants.judging import Judging, MutantTask
-from structured_text.mutants.mutant import Mutant, Mutants
+from structured_text.mutants.mutant import Mutant, Mutants, in_rounds
+from structured_text.mutants.operators import Change
 from structured_text.mutants.report import Reasons, figures
 from structured_text.output.progress import progress_bar
 from structured_text.output.results import digest
 from structured_text.projects.needed import needed
 
-__all__ = ["LibraryRun"]
+__all__ = ["LibraryRun", "sample"]
 
 #: Number of mutants of each generated block.
 SAMPLE = 16
@@ -191,6 +194,16 @@ class LibraryRun:
 
     def _mutants_of(self, mutants: Mutants, file: Path) -> Iterator[Mutant]:
         if self._is_sampled(file):
-            yield from mutants.sample(file, self._options.sample or SAMPLE, self._options.seed)
+            yield from sample(mutants, file, self._options.sample or SAMPLE, self._options.seed)
         else:
             yield from mutants.of(file)
+
+
+def sample(mutants: Mutants, file: Path, most: int, seed: int) -> list[Mutant]:
+    """Return at most `most` mutants of one file, drawn in rounds of one per operator."""
+    chance = Random(f"{seed}:{file.name}")
+
+    def drawn(found: Iterable[Change]) -> list[Change]:
+        return in_rounds(found, lambda change: change.operator, chance)
+
+    return sorted(islice(mutants.of(file, drawn), most), key=lambda mutant: mutant.line)

@@ -33,7 +33,13 @@ _NOT_CONNECTED, _NOT_READY = 0x8001, 0x8002
 #: either (chapter 5, 3.1 and 3.2).
 _SERVO, _MOVES = 0x0002, 0x9400
 #: Path of the job in a block, if it is not JOB.
-_PLACES: dict[str, Path] = {"FB_PROGRAMCONTINUE": ("START", "JOB")}
+_PLACES: dict[str, Path] = {
+    "FB_PROGRAMCONTINUE": ("START", "JOB"),
+    "FB_PROGRAMCALL": ("CALL", "JOB"),
+    "FB_PROGRAMCALLINWORDS": ("CALL", "JOB"),
+}
+#: Blocks with a job for a robot program, by FB_RcxProgramCall.
+_CALLERS = ("FB_PROGRAMCALL", "FB_PROGRAMCALLINWORDS")
 #: Blocks with a pin Enable instead of Execute.
 _LEVELS = (
     "FB_SEQUENCECONTROL",
@@ -85,11 +91,13 @@ def agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any
     """Return the invariant of a block between two calls."""
     job = _job(name)
     claims = [claim for block in {BLOCK, job[:-1]} for claim in shows(machine, memory, block, job)]
-    if name in _PLACES:
+    if (*BLOCK, "WASEXECUTE") in memory:
         seen = machine.term((*BLOCK, "WASEXECUTE"), memory)
         claims.append(seen == machine.term((*job, "WASEXECUTE"), memory))
     if name in _COMPOSITES:
         claims += _nested(machine, memory, name, BLOCK)
+    if name in _CALLERS:
+        claims += _called(machine, memory, (*BLOCK, "CALL"))
     if name in CARRIERS:
         claims += _carried(machine, memory, name)
     if name in OUTLINED:
@@ -197,6 +205,18 @@ def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
     )
     yield z3.Implies(get("BUSY"), turn)
     yield z3.Not(get("OWN", "ORPHAN"))
+
+
+def _called(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
+    """Yield the claims: FB_RcxProgramCall has its own turn, and remembers what its job does."""
+
+    def get(*path: Any) -> Any:
+        return machine.term((*at, *path), memory)
+
+    yield from _has_own_turn(machine, memory, at)
+    yield get("SEEN") == get("JOB", "SEEN")
+    yield get("EDGE", "seen") == get("JOB", "WASEXECUTE")
+    yield z3.Or(get("FAILURE") == 0, z3.Extract(15, 15, get("FAILURE")) == 1)
 
 
 def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:

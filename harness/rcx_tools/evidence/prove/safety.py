@@ -131,7 +131,7 @@ def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
     """Yield the claims: pins with the size of an array do not exceed it."""
     machine = step.machine
     for symbol in library.pou(block).section("VAR_IN_OUT"):
-        if symbol.name.upper() == IMAGE[0] and isinstance(symbol.type, ArrayType):
+        if symbol.name.upper().endswith(IMAGE[0]) and isinstance(symbol.type, ArrayType):
             ((low, high),) = symbol.type.bounds
             unit = 2 if getattr(symbol.type.element, "name", "") == "WORD" else 1
             size = machine.term((*BLOCK, "IMAGESIZE"), step.before)

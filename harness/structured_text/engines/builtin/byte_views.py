@@ -27,7 +27,6 @@ __all__ = [
     "Record",
     "Row",
     "Text",
-    "Truth",
     "Union",
     "View",
 ]
@@ -82,7 +81,7 @@ class _Scalar:
 
 @dataclass(frozen=True)
 class Number(_Scalar):
-    """The layout of a number or bit string; `code` is its format for `struct`."""
+    """The layout of a number, bit string or BOOL; `code` is its format for `struct`."""
 
     code: str
     size: int
@@ -94,21 +93,6 @@ class Number(_Scalar):
     def unpack(self, data: bytes) -> Any:
         """Unpack a number; see `_Scalar`."""
         return struct.unpack(self.code, data)[0]
-
-
-@dataclass(frozen=True)
-class Truth(_Scalar):
-    """The layout of a BOOL: a byte; any value but 0 is TRUE."""
-
-    size: int = 1
-
-    def pack(self, value: Any) -> bytes:
-        """Pack a BOOL; see `_Scalar`."""
-        return b"\1" if value else b"\0"
-
-    def unpack(self, data: bytes) -> Any:
-        """Unpack a BOOL; see `_Scalar`."""
-        return data[0] != 0
 
 
 @dataclass(frozen=True)
@@ -249,7 +233,7 @@ class Record(_Composite):
     def read(self, value: Any, at: int, size: int) -> bytes:
         """Return `size` bytes, from position `at`, of a structure or of a `Fields` view."""
         if self.union:
-            found: bytes = _memory(value).read(_at(value) + at, size)
+            found: bytes = value.memory.read(value.at + at, size)
             return found
         data = bytearray(size)
         for slot, place, layout in self.fields:
@@ -262,7 +246,7 @@ class Record(_Composite):
     def write(self, value: Any, at: int, data: bytes) -> Any:
         """Change some bytes of a structure; bytes between its fields are ignored."""
         if self.union:
-            _memory(value).write(_at(value) + at, data)
+            value.memory.write(value.at + at, data)
             return value
         for slot, place, layout in self.fields:
             begin, end = max(at, place), min(at + len(data), place + layout.size)
@@ -280,9 +264,9 @@ class Record(_Composite):
 
 #: The names that generated code can use, besides `Union`.
 NAMES: dict[str, Any] = {
-    one.__name__: one for one in (Number, Truth, Moment, Text, Character, Pointer, Row, Record)
+    one.__name__: one for one in (Number, Moment, Text, Character, Pointer, Row, Record)
 }
-Layout: TypeAlias = Number | Truth | Moment | Text | Character | Pointer | Row | Record
+Layout: TypeAlias = Number | Moment | Text | Character | Pointer | Row | Record
 
 
 # --- views ------------------------------------------------------------------------------------
@@ -412,15 +396,6 @@ class View:
         """Return the pointer moved by some bytes."""
         del size
         return View(self.memory, self.at_ + offset, self.layout)
-
-
-def _memory(value: Any) -> Any:
-    return value.memory
-
-
-def _at(value: Any) -> int:
-    at: int = value.at
-    return at
 
 
 def _check(at: int, size: int, most: int) -> None:

@@ -7,16 +7,18 @@ vector that occurs is recorded, so that branch coverage and MC/DC can be compute
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from structured_text.engines.builtin.expression_code import ExpressionCode
-from structured_text.engines.builtin.standard import Value, type_name
+from structured_text.engines.builtin.standard import Value
 from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
 from structured_text.language.project import Project
-from structured_text.language.walk import parts
+from structured_text.language.types import type_name
+from structured_text.language.walk import nodes, parts
 
 __all__ = ["CountingWriter", "Decision", "Plan", "Postfix", "outcome"]
 
@@ -159,17 +161,12 @@ class Plan:
             for part in (node.start, node.end, node.step):
                 self._expression(part, line)
             self._body(node, node.body)
-        elif isinstance(node, t.Assign):
-            self._expression(node.target, line)
-            self._expression(node.value, line)
         elif isinstance(node, t.CallBlock):
             for _, value in (*node.inputs, *node.in_outs, *node.outputs):
                 self._expression(value, line)
-        elif isinstance(node, t.Evaluate):
-            self._expression(node.value, line)
-        elif isinstance(node, t.CallBase):
-            for _, value in node.inputs:
-                self._expression(value, line)
+        else:
+            for part in parts(node):
+                self._expression(part, line)
         loop = isinstance(node, (t.While, t.For))
         if loop or (isinstance(node, (t.If, t.Case)) and not node.otherwise):
             self.empty[id(node)] = self._count()
@@ -183,11 +180,11 @@ class Plan:
             self._expression(part, line)
 
     def _decision(self, node: t.Expression, line: int) -> None:
-        conditions = tuple(_conditions(node))
+        code, conditions = _postfix(node)
         if conditions:
             self.number[id(node)] = len(self.decisions)
-            lazy = _is_lazy(node) or any(map(_may_fault, conditions[1:]))
-            self.decisions.append(Decision(node, conditions, line, _postfix(node), lazy))
+            lazy = any(one in _LAZY for one in code) or any(map(_may_fault, conditions[1:]))
+            self.decisions.append(Decision(node, conditions, line, code, lazy))
         for condition in conditions:
             for part in parts(condition):
                 self._expression(part, line)
@@ -206,20 +203,10 @@ def _is_logic(node: t.Expression) -> bool:
     return isinstance(node, t.Unary) or (isinstance(node, t.Binary) and node.op in _LOGIC)
 
 
-def _conditions(node: t.Expression) -> Iterator[t.Expression]:
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        if _is_logic(one):
-            waiting += reversed(list(parts(one)))
-        elif not isinstance(one, t.Constant):
-            yield one
-
-
-def _postfix(node: t.Expression) -> Postfix:
-    """Return a decision in postfix notation; its conditions are numbered from left to right."""
+def _postfix(node: t.Expression) -> tuple[Postfix, tuple[t.Expression, ...]]:
+    """Return a decision in postfix notation, and its conditions from left to right."""
     code: list[int | bool | str] = []
-    numbers = 0
+    conditions: list[t.Expression] = []
     waiting: list[t.Expression | str] = [node]
     while waiting:
         one = waiting.pop()
@@ -230,34 +217,22 @@ def _postfix(node: t.Expression) -> Postfix:
         elif isinstance(one, t.Constant):
             code.append(bool(one.value))
         else:
-            code.append(numbers)
-            numbers += 1
-    return tuple(code)
-
-
-def _is_lazy(node: t.Expression) -> bool:
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        if isinstance(one, t.Binary) and one.op in _LAZY:
-            return True
-        waiting += parts(one) if _is_logic(one) else ()
-    return False
+            code.append(len(conditions))
+            conditions.append(one)
+    return tuple(code), tuple(conditions)
 
 
 def _may_fault(node: t.Expression) -> bool:
     """Return whether an expression can stop the program, by an index, a division or a root."""
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        if isinstance(one, t.Standard) and one.name not in _SAFE and "_TO_" not in one.name:
-            return True
-        if isinstance(one, t.Index) and not all(isinstance(k, t.Constant) for k in one.indices):
-            return True
-        if isinstance(one, t.Binary) and one.op in ("/", "MOD", "**"):
-            return True
-        waiting += parts(one)
-    return False
+    return any(map(_is_fault, nodes(node)))
+
+
+def _is_fault(one: Any) -> bool:
+    if isinstance(one, t.Standard):
+        return one.name not in _SAFE and "_TO_" not in one.name
+    if isinstance(one, t.Index):
+        return not all(isinstance(k, t.Constant) for k in one.indices)
+    return isinstance(one, t.Binary) and one.op in ("/", "MOD", "**")
 
 
 #: Standard functions that are defined for every argument.

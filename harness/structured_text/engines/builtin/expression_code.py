@@ -8,18 +8,12 @@ matiec's C, until the result is stored or passed.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from ctypes import c_float
 from dataclasses import replace
 
 from structured_text.engines.builtin.pointing import POINTING, Pointing, has_effect
-from structured_text.engines.builtin.standard import (
-    JOINS,
-    Value,
-    of_type,
-    settle,
-    standard_call,
-    type_name,
-)
+from structured_text.engines.builtin.standard import JOINS, Value, of_type, settle, standard_call
 from structured_text.engines.builtin.storage import (
     address_slot,
     in_cell,
@@ -36,7 +30,14 @@ from structured_text.language.scalars import (
     INT_RANGE,
     string_length,
 )
-from structured_text.language.types import ArrayType, BlockType, ElementaryType, Type, has_block
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    Type,
+    has_block,
+    type_name,
+)
 
 __all__ = ["ExpressionCode", "has_call"]
 
@@ -114,12 +115,13 @@ class ExpressionCode:
         """Return whether a function uses globals, the time, or another function that does."""
         if name not in self._shared:
             pou = self._project.pous[name]
-            self._shared[name] = (
-                needs_globals(pou)
-                or any(has_block(symbol.type) for symbol in pou.symbols.values())
-                or any(map(self.is_shared, pou.calls))
-            )
+            self._shared[name] = self.uses_globals(pou, pou.symbols.values())
         return self._shared[name]
+
+    def uses_globals(self, pou: t.Pou, made: Iterable[t.Symbol]) -> bool:
+        """Return whether the code of a POU uses `g`; `made` are the variables that it makes."""
+        blocks = any(has_block(symbol.type) for symbol in made)
+        return needs_globals(pou) or blocks or any(map(self.is_shared, pou.calls))
 
     @staticmethod
     def cut(code: str, kind: Type) -> str:

@@ -15,6 +15,7 @@ from structured_text.language.types import (
     ReferenceType,
     StructType,
     Type,
+    inside,
 )
 
 __all__ = ["attribute", "handed_back", "holds_pointers", "is_dynamic", "linking"]
@@ -149,15 +150,5 @@ def holds_pointers(project: Project) -> bool:
     symbols = [*project.global_symbols.values()]
     for pou in project.pous.values():
         symbols += stored(pou.symbols.values()) if pou.block is not None else []
-    seen: set[str] = set()
-    waiting = [symbol.type for symbol in symbols]
-    while waiting:
-        kind = waiting.pop()
-        if isinstance(kind, (ReferenceType, InterfaceType)):
-            return True
-        if isinstance(kind, ArrayType):
-            waiting.append(kind.element)
-        elif isinstance(kind, StructType) and kind.name not in seen:
-            seen.add(kind.name)
-            waiting += [field for _, field in kind.fields]
-    return False
+    kinds = (one for symbol in symbols for one in inside(symbol.type))
+    return any(isinstance(one, (ReferenceType, InterfaceType)) for one in kinds)

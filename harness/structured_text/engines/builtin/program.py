@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import struct
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-from structured_text.engines.base import CallLog, Value
+from structured_text.engines.base import CallLog, OfProject, Value
 from structured_text.engines.builtin.collector import Collector
 from structured_text.engines.builtin.module import Module, module_of
 from structured_text.engines.builtin.objects import holds_pointers
@@ -16,14 +16,13 @@ from structured_text.engines.builtin.references import Holders
 from structured_text.engines.builtin.runtime import ProgramError
 from structured_text.engines.builtin.storage import address_slot, is_scalar
 from structured_text.errors import InputError
-from structured_text.language.paths import Resolved, Step, resolve, walk
+from structured_text.language.paths import Resolved, Step, resolve
 from structured_text.language.project import Project
 from structured_text.language.types import (
     ArrayType,
     BlockType,
     ElementaryType,
     InterfaceType,
-    Located,
     ReferenceType,
     StructType,
     Type,
@@ -73,7 +72,7 @@ class _CallLog:
         return taken
 
 
-class BuiltinProgram:
+class BuiltinProgram(OfProject):
     """One running instance of a compiled module; see `engines.base.Program`."""
 
     engine = "builtin"
@@ -81,6 +80,7 @@ class BuiltinProgram:
     def __init__(self, module: Module) -> None:
         self.module = module
         names, project = module.names, module.project
+        self.project = project
         self.tick_us = project.tick_us
         self._globals = names["b_globals"]()
         self._scans = 0
@@ -110,7 +110,7 @@ class BuiltinProgram:
     def _made(self, block: BlockType) -> Any:
         """Return the instance of a program: a new one, or the one that others call by name."""
         key = block.name.upper()
-        shared = self.module.project.global_symbols.get(key)
+        shared = self.project.global_symbols.get(key)
         if shared is not None and shared.type is block:
             return getattr(self._globals, key)
         return self.module.names[f"b_{key}"](self._globals)
@@ -166,7 +166,7 @@ class BuiltinProgram:
         if place is None:
             found = self.module.resolved.get(path)
             if found is None:
-                found = self.module.resolved[path] = resolve(self.module.project, path)
+                found = self.module.resolved[path] = resolve(self.project, path)
             place = self._places[path] = self._locate(found)
         return place
 
@@ -233,7 +233,7 @@ class BuiltinProgram:
             }
         if isinstance(kind, (ReferenceType, InterfaceType)):
             return self._holders.path(held)
-        if isinstance(held, str) and self.module.project.views:
+        if isinstance(held, str) and self.project.views:
             held = held.partition("\0")[0]
         return scalar_to_python(kind, held)
 
@@ -307,18 +307,6 @@ class BuiltinProgram:
     def type_of(self, path: str) -> Type:
         """Return the type of the variable at `path`."""
         return self._place(path).type
-
-    def instances(self) -> Mapping[str, Type]:
-        """Return the program instances by name, each with its BlockType."""
-        return dict(self.module.project.instances)
-
-    def walk(self) -> Iterator[tuple[str, Type]]:
-        """Yield every variable of the program instances and every global one, parents first."""
-        return walk(self.module.project)
-
-    def located(self) -> list[Located]:
-        """Return the directly represented variables in order of declaration."""
-        return list(self.module.project.located)
 
     def note_calls(self, blocks: Mapping[str, int | None]) -> CallLog:
         """Record the calls of some block types from now on; see `engines.base.Program`."""

@@ -9,15 +9,15 @@ its target: the names of slots and the positions in lists.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple, NoReturn, TypeAlias
+from typing import Any, NamedTuple, NoReturn
 
 from structured_text.engines.builtin.byte_views import (
     Elements,
     Fields,
     Held,
     Layout,
+    Number,
     Row,
-    Truth,
     Union,
     View,
 )
@@ -25,11 +25,29 @@ from structured_text.engines.builtin.runtime import ProgramError
 from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
+from structured_text.language.values import indices_at
 
-__all__ = ["NAMES", "Holders", "Item", "Pointer", "Slot"]
+__all__ = ["NAMES", "Holders", "Item", "Slot"]
 
 
-class Slot:
+class _Movable:
+    """The base of pointers that move by whole elements."""
+
+    __slots__ = ()
+
+    def at(self, offset: int) -> Any:
+        """Return the pointer moved by some elements."""
+        raise NotImplementedError
+
+    def moved(self, offset: int, size: int) -> Any:
+        """Return the pointer moved by some bytes."""
+        count, rest = divmod(offset, size)
+        if rest:
+            raise ProgramError(f"a pointer is moved by {offset} bytes; its elements have {size}")
+        return self.at(count)
+
+
+class Slot(_Movable):
     """A pointer to a scalar variable of an object."""
 
     __slots__ = ("holder", "key")
@@ -52,12 +70,8 @@ class Slot:
             raise ProgramError(f"a pointer to {self.key} leads {offset} elements beyond it")
         return self
 
-    def moved(self, offset: int, size: int) -> Slot:
-        """Return the pointer moved by some bytes."""
-        return self.at(_elements(offset, size))
 
-
-class Item:
+class Item(_Movable):
     """A pointer to an element of an array; its position is checked on access, not before."""
 
     __slots__ = ("holder", "key")
@@ -85,12 +99,8 @@ class Item:
         """Return the pointer moved by some elements."""
         return Item(self.holder, self.key + offset)
 
-    def moved(self, offset: int, size: int) -> Item:
-        """Return the pointer moved by some bytes."""
-        return self.at(_elements(offset, size))
 
-
-class Whole:
+class Whole(_Movable):
     """A pointer to a structure, block or whole array."""
 
     __slots__ = ("V",)
@@ -103,10 +113,6 @@ class Whole:
         if offset:
             raise ProgramError(f"a pointer leads {offset} elements beyond its variable")
         return self
-
-    def moved(self, offset: int, size: int) -> Whole:
-        """Return the pointer moved by some bytes."""
-        return self.at(_elements(offset, size))
 
 
 class _Null:
@@ -139,15 +145,6 @@ class _NoBlock:
 
 
 _NULL, _NO_BLOCK = _Null(), _NoBlock()
-
-Pointer: TypeAlias = Slot | Item | Whole
-
-
-def _elements(offset: int, size: int) -> int:
-    count, rest = divmod(offset, size)
-    if rest:
-        raise ProgramError(f"a pointer is moved by {offset} bytes; its elements have {size}")
-    return count
 
 
 def _same(one: Any, other: Any) -> bool:
@@ -311,7 +308,7 @@ class Holders:
             self._found[id(held)] = _Found(way, path, kind)
             if not is_scalar(kind.element):
                 for position, part in enumerate(held):
-                    element = f"{path}[{_indices(kind, position)}]"
+                    element = f"{path}[{_shown(kind, position)}]"
                     self._walk(part, kind.element, (*way, position), element)
 
     def _members(self, kind: StructType | BlockType) -> Iterable[tuple[str, Type]]:
@@ -402,7 +399,7 @@ class Holders:
             if isinstance(pointer.holder, (Elements, Fields)):
                 found = self.find(pointer.holder)
                 if found is None:
-                    return self.path(_viewed(pointer, Row(Truth(), 0)))
+                    return self.path(_viewed(pointer, Row(Number("?", 1), 0)))
             found = self.find(pointer.holder)
             if found is None:
                 return "?"
@@ -411,7 +408,7 @@ class Holders:
                 return f"{found.path}.{name}" if found.path else name
             assert isinstance(found.type, ArrayType)
             inside = 0 <= pointer.key < len(pointer.holder)
-            return f"{found.path}[{_indices(found.type, pointer.key)}]" if inside else "?"
+            return f"{found.path}[{_shown(found.type, pointer.key)}]" if inside else "?"
         found = self.find(pointer.V if isinstance(pointer, Whole) else pointer)
         return found.path if found is not None else "?"
 
@@ -425,10 +422,6 @@ class Holders:
         return names[0] if names else slot
 
 
-def _indices(kind: ArrayType, position: int) -> str:
+def _shown(kind: ArrayType, position: int) -> str:
     """Return the indices of an element as they are written in brackets."""
-    indices = []
-    for low, high in reversed(kind.bounds):
-        position, index = divmod(position, high - low + 1)
-        indices.append(str(low + index))
-    return ",".join(reversed(indices))
+    return ",".join(map(str, indices_at(kind, position)))

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from ctypes import c_float
 from datetime import date, datetime, timedelta
+from types import FunctionType
 from typing import Any, NoReturn
 
+from structured_text.language.arithmetic import quotient, remainder
 from structured_text.language.scalars import (
     NANOSECONDS_PER_DAY,
     STRING_MAX,
@@ -36,23 +39,6 @@ def _inside(index: int, low: int, high: int) -> int:
     if low <= index <= high:
         return index
     raise ProgramError(f"index {index} is outside {low}..{high}")
-
-
-def _div(a: int, b: int) -> int:
-    """Divide two integers and truncate towards zero."""
-    quotient = abs(a) // abs(b)
-    return quotient if (a < 0) == (b < 0) else -quotient
-
-
-def _mod(a: int, b: int) -> int:
-    """Return the remainder with the sign of the dividend.
-
-    The remainder is 0 for a divisor of 0, as the standard says.
-    """
-    if b == 0:
-        return 0
-    rest = abs(a) % abs(b)
-    return -rest if a < 0 else rest
 
 
 def _started(block: Any, values: tuple[tuple[str, Any], ...]) -> Any:
@@ -370,72 +356,25 @@ def _ltime_text(time: int) -> str:
     return f"{whole[: whole.index('s') + 1]}{'-' if time < 0 else ''}{digits}ms"
 
 
-def _ldate_text(moment: int) -> str:
-    return f"L{_date_text(moment)}"
+def _long(text: Callable[[int], str]) -> Callable[[int], str]:
+    return lambda moment: f"L{text(moment)}"
 
 
-def _ltod_text(moment: int) -> str:
-    return f"L{_tod_text(moment)}"
-
-
-def _ldt_text(moment: int) -> str:
-    return f"L{_dt_text(moment)}"
-
-
-#: The names that generated code can use.
+#: The names that generated code can use: `inside` is the function `_inside` of this module.
 NAMES: dict[str, Any] = {
+    **{
+        name[1:]: one
+        for name, one in list(globals().items())
+        if name.startswith("_") and isinstance(one, FunctionType)
+    },
     "FUSE": FUSE,
-    "endless": _endless,
-    "inside": _inside,
-    "div": _div,
-    "mod": _mod,
-    "f32": _f32,
-    "filled": _filled,
-    "ended": _ended,
     "Open": _Open,
-    "uncalled": _Uncalled(),
-    "started": _started,
     "c_float": c_float,
-    "to_unsigned": _to_unsigned,
-    "time_times": _time_times,
-    "time_by": _time_by,
-    "shl": _shl,
-    "shr": _shr,
-    "rol": _rol,
-    "limit": _limit,
-    "mux": _mux,
-    "left": _left,
-    "right": _right,
-    "mid": _mid,
-    "concat": _concat,
-    "insert": _insert,
-    "delete": _delete,
-    "replace": _replace,
-    "find": _find,
-    "string_to_int": _string_to_int,
-    "string_to_real": _string_to_real,
-    "string_to_bool": _string_to_bool,
-    "bits_to_string": _bits_to_string,
-    "real_to_string": _real_to_string,
-    "string_to_moment": _string_to_moment,
-    "narrow": _narrow,
-    "first": _first,
-    "to_bcd": _to_bcd,
-    "from_bcd": _from_bcd,
-    "concat_date": _concat_date,
-    "concat_tod": _concat_tod,
-    "concat_dt": _concat_dt,
-    "day_of_week": _day_of_week,
-    "ltime_text": _ltime_text,
-    "ldate_text": _ldate_text,
-    "ltod_text": _ltod_text,
-    "ldt_text": _ldt_text,
-    "time_text": _time_text,
-    "date_text": _date_text,
-    "tod_text": _tod_text,
-    "dt_text": _dt_text,
-    "day_of": _day_of,
-    "time_of": _time_of,
-    "trunc": math.trunc,
+    "div": quotient,
     "math": math,
+    "mod": remainder,
+    "trunc": math.trunc,
+    "uncalled": _Uncalled(),
 }
+# The types with a leading L have the same texts behind an L.
+NAMES |= {f"l{name}": _long(NAMES[name]) for name in ("date_text", "tod_text", "dt_text")}

@@ -18,9 +18,9 @@ from structured_text.language.scalars import (
     WIDTH,
     string_length,
 )
-from structured_text.language.types import ElementaryType, Type
+from structured_text.language.types import ElementaryType, Type, type_name
 
-__all__ = ["JOINS", "Value", "of_type", "settle", "standard_call", "type_name"]
+__all__ = ["JOINS", "Value", "of_type", "settle", "standard_call"]
 
 
 @dataclass(frozen=True)
@@ -36,11 +36,6 @@ class Value:
     code: str
     limits: tuple[int, int] = (0, 0)
     wide: bool = False
-
-
-def type_name(kind: Type) -> str:
-    """Return the name of an elementary type; empty for other types."""
-    return kind.name if isinstance(kind, ElementaryType) else ""
 
 
 def of_type(code: str, kind: Type) -> Value:
@@ -74,16 +69,6 @@ JOINS = {"ADD": "+", "MUL": "*", "AND": "&", "OR": "|", "XOR": "^"}
 _BOOL_JOINS = {"AND": "and", "OR": "or", "XOR": "^"}
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
 _STRINGS = ("LEFT", "RIGHT", "MID", "DELETE", *_JOINING)
-_TEXTS = {
-    "TIME": "time_text",
-    "DATE": "date_text",
-    "TOD": "tod_text",
-    "DT": "dt_text",
-    "LTIME": "ltime_text",
-    "LDATE": "ldate_text",
-    "LTOD": "ltod_text",
-    "LDT": "ldt_text",
-}
 #: Functions of the third edition; the generated code calls functions of the same names.
 _CALENDAR = (
     *("CONCAT_DATE", "CONCAT_TOD", "CONCAT_LTOD", "CONCAT_DT", "CONCAT_LDT", "DAY_OF_WEEK"),
@@ -271,8 +256,8 @@ def _text(source: str, argument: str) -> str:
         return f"str({argument})"
     if source in ANY_REAL:
         return f"real_to_string({argument})"
-    if source in _TEXTS:
-        return f"{_TEXTS[source]}({argument})"
+    if source in MOMENTS:
+        return f"{source.lower()}_text({argument})"
     return f"bits_to_string({argument})"
 
 

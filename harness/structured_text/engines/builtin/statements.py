@@ -6,7 +6,6 @@ import re
 
 from structured_text.engines.builtin.expression_code import ExpressionCode, has_call
 from structured_text.engines.builtin.objects import handed_back, is_dynamic
-from structured_text.engines.builtin.standard import type_name
 from structured_text.engines.builtin.storage import (
     Storage,
     in_cell,
@@ -19,7 +18,7 @@ from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
 from structured_text.language.standard import BLOCKS
-from structured_text.language.types import ArrayType, has_block
+from structured_text.language.types import ArrayType, type_name
 from structured_text.language.walk import bodies
 
 __all__ = ["Branches", "Writer"]
@@ -109,21 +108,11 @@ class Writer:
         """Return whether the code of a body or method uses `g`."""
         pou = self._pou
         if pou.block is not None:
-            return (
-                needs_globals(pou)
-                or any(has_block(symbol.type) for symbol in pou.section("VAR_TEMP"))
-                or any(map(self._code.is_shared, pou.calls))
-            )
+            return self._code.uses_globals(pou, pou.section("VAR_TEMP"))
         if pou.owner is None:
             return False
-        return (
-            needs_globals(pou)
-            or needs_globals(pou.owner)
-            or any(
-                has_block(one.type) for one in pou.symbols.values() if one.section != "VAR_IN_OUT"
-            )
-            or any(map(self._code.is_shared, pou.calls))
-        )
+        own = (one for one in pou.symbols.values() if one.section != "VAR_IN_OUT")
+        return needs_globals(pou.owner) or self._code.uses_globals(pou, own)
 
     def _input(self, symbol: t.Symbol) -> None:
         """Write the start of a method for an input: its default for None, and a copy of its own."""

@@ -7,12 +7,12 @@ replace it, so references to it remain valid.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from structured_text.engines.builtin.blocks import CLASSES
-from structured_text.engines.builtin.layouts import layout_of
-from structured_text.language.sizes import size_of
+from structured_text.language.scalars import ANY_STRING, MOMENTS, SIGNED, WIDTH
+from structured_text.language.sizes import places_of, size_of
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import (
     ArrayType,
@@ -24,6 +24,7 @@ from structured_text.language.types import (
     StructType,
     Type,
 )
+from structured_text.language.values import array_length
 
 __all__ = [
     "Storage",
@@ -92,7 +93,7 @@ class Storage:
         """Return the name of the layout of a type; "None" if the type has no bytes of its own."""
         if size_of(kind) is None:
             return "None"
-        code = layout_of(kind)
+        code = _layout_of(kind)
         if code not in self._layouts:
             self._layouts[code] = name = f"y{len(self._layouts)}"
             self.lines.append(f"{name} = {code}")
@@ -101,14 +102,11 @@ class Storage:
     def create(self, kind: Type, initial: Any) -> str:
         """Return code that makes a new variable with its initial value."""
         if isinstance(kind, BlockType):
-            return self._started(kind, f"b_{self._name(kind)}(g)", initial)
+            types = {pin.name: pin.type for pin in kind.variables}
+            return self._started(types, f"b_{self._name(kind)}(g)", initial)
         if isinstance(kind, StructType) and kind.union:
-            types = {name: (name.upper(), field) for name, field in kind.fields}
-            pairs = [
-                f"({types[name][0]!r}, {self.create(types[name][1], value)}), "
-                for name, value in initial.items()
-            ]
-            return f"started(Union({self.layout(kind)}), ({''.join(pairs)}))"
+            made = f"Union({self.layout(kind)})"
+            return self._started(dict(kind.fields), made, initial)
         if isinstance(kind, StructType):
             values = ", ".join(self.create(field, initial[name]) for name, field in kind.fields)
             return f"s_{self._name(kind)}({values})"
@@ -130,11 +128,10 @@ class Storage:
             return f"[{code}] * {len(initial)}"
         return f"[{code} for _ in range({len(initial)})]"
 
-    def _started(self, kind: BlockType, made: str, initial: Any) -> str:
-        """Return code for a block whose declaration initializes some of its variables."""
+    def _started(self, types: Mapping[str, Type], made: str, initial: Any) -> str:
+        """Return code for a block or union with initial values for some of its variables."""
         if not initial:
             return made
-        types = {pin.name: pin.type for pin in kind.variables}
         pairs = "".join(
             f"({name.upper()!r}, {self.create(types[name], value)}), "
             for name, value in initial.items()
@@ -289,3 +286,44 @@ class Storage:
 
 def _is_flat(kind: Type) -> bool:
     return isinstance(kind, ArrayType) and is_scalar(kind.element)
+
+
+# --- layouts: the order and size of values in memory (see `byte_views`) ---
+
+_CODES = {8: "B", 16: "H", 32: "I", 64: "Q"}
+_REALS = {"REAL": "<f", "LREAL": "<d"}
+#: Unit of a time or date in memory [ns]: milliseconds, or seconds if it has a date.
+_UNITS = {"TIME": 1_000_000, "TOD": 1_000_000, "DATE": 1_000_000_000, "DT": 1_000_000_000}
+
+
+def _layout_of(kind: Type) -> str:
+    """Return code that makes the layout of a type; the type must have a size (`size_of`)."""
+    if isinstance(kind, EnumType):
+        return _layout_of(ElementaryType(kind.base))
+    if isinstance(kind, ElementaryType):
+        return _scalar(kind)
+    if isinstance(kind, ArrayType):
+        return f"Row({_layout_of(kind.element)}, {array_length(kind)})"
+    if isinstance(kind, StructType):
+        pairs = zip(kind.fields, places_of(kind), strict=True)
+        fields = "".join(
+            f"({name.upper()!r}, {place}, {_layout_of(field)}), " for (name, field), place in pairs
+        )
+        return f"Record(({fields}), {size_of(kind)}, {kind.union})"
+    return "Pointer()"
+
+
+def _scalar(kind: ElementaryType) -> str:
+    name, size = kind.name, size_of(kind)
+    if name == "BOOL":
+        return "Number('?', 1)"
+    if name in ANY_STRING:
+        return f"Text({size}, {1 if name == 'STRING' else 2})"
+    if name in ("CHAR", "WCHAR"):
+        return f"Character({size})"
+    if name in MOMENTS:
+        return f"Moment({_UNITS.get(name, 1)}, {size}, {name == 'LTIME'})"
+    if name in _REALS:
+        return f"Number({_REALS[name]!r}, {size})"
+    code = _CODES[WIDTH[name]]
+    return f"Number({'<' + (code.lower() if name in SIGNED else code)!r}, {size})"

@@ -30,6 +30,7 @@ __all__ = [
     "Wanted",
     "compile_program",
     "find_matiec",
+    "fingerprint_of",
 ]
 
 _RUNTIME = Path(__file__).with_name("runtime.c")
@@ -71,7 +72,7 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
     parts = [
         text,
         repr(wanted),
-        matiec.fingerprint(),
+        fingerprint_of(matiec),
         _RUNTIME.read_text(encoding="utf-8"),
         Path(__file__).read_text(encoding="utf-8"),
     ]
@@ -222,10 +223,6 @@ class Matiec:
             found = list(_messages(output, source.name))
             raise TranslationError(found, output, done.returncode)
 
-    def fingerprint(self) -> str:
-        """Return a hash of the compiler, its library and its headers, as part of a cache key."""
-        return _fingerprint(self)
-
 
 def _messages(output: str, name: str) -> Iterator[Message]:
     for line in output.splitlines():
@@ -235,7 +232,8 @@ def _messages(output: str, name: str) -> Iterator[Message]:
 
 
 @functools.lru_cache(maxsize=8)
-def _fingerprint(matiec: Matiec) -> str:
+def fingerprint_of(matiec: Matiec) -> str:
+    """Return a hash of the compiler, its library and its headers, as part of a cache key."""
     return fingerprint([matiec.iec2c, *matiec.library.glob("*.txt"), *matiec.headers.glob("*.h")])
 
 

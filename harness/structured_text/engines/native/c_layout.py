@@ -31,7 +31,7 @@ __all__ = [
     "Dialect",
     "Layout",
     "Member",
-    "enumeration",
+    "converted",
     "layout_expressions",
     "memory_at",
     "packed",
@@ -256,8 +256,8 @@ def packed(form: str, size: int) -> Codec:
     return Codec(size, get, put, form + rest)
 
 
-def enumeration(kind: EnumType, number: Codec) -> Codec:
-    """Return the codec of an enumeration that is stored as a number."""
+def converted(kind: ElementaryType | EnumType, number: Codec) -> Codec:
+    """Return the codec of an enumeration or moment that is stored as a number."""
 
     def get(memory: memoryview, at: int) -> Value:
         return scalar_to_python(kind, number.get(memory, at))

@@ -12,13 +12,13 @@ import os
 import struct
 import tempfile
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, groupby
 from operator import itemgetter
 from typing import Any, Literal, TypeVar
 
-from structured_text.engines.base import Value
+from structured_text.engines.base import OfProject, Value
 from structured_text.engines.native.c_layout import (
     Codec,
     Dialect,
@@ -27,16 +27,9 @@ from structured_text.engines.native.c_layout import (
     memory_at,
 )
 from structured_text.errors import COMMAND, InputError
-from structured_text.language.paths import resolve, walk
+from structured_text.language.paths import resolve
 from structured_text.language.project import Project
-from structured_text.language.types import (
-    ArrayType,
-    BlockType,
-    ElementaryType,
-    Located,
-    StructType,
-    Type,
-)
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import array_length, describe, from_python
 from structured_text.output import system
 
@@ -90,7 +83,7 @@ class _Snapshot:
     base: int
 
 
-class NativeProgram:
+class NativeProgram(OfProject):
     """One running instance of a compiled program; see `engines.base.Program`.
 
     Raises:
@@ -102,7 +95,7 @@ class NativeProgram:
 
     def __init__(self, project: Project, image: bytes) -> None:
         self.tick_us = project.tick_us
-        self._project = project
+        self.project = project
         self._image = image
         library, self.close = _load_private_copy(self, image)
         self.check(library)
@@ -132,7 +125,7 @@ class NativeProgram:
 
     def instance(self: _P) -> _P:
         """Return another instance of the same program, in its first state."""
-        return type(self)(self._project, self._image)
+        return type(self)(self.project, self._image)
 
     def scan(self, now_us: int) -> None:
         """Run one base tick at PLC time `now_us` [µs].
@@ -186,18 +179,6 @@ class NativeProgram:
         """Return the type of the variable at `path`."""
         return self._slot(path).type
 
-    def instances(self) -> Mapping[str, Type]:
-        """Return the program instances by name."""
-        return dict(self._project.instances)
-
-    def walk(self) -> Iterator[tuple[str, Type]]:
-        """Yield every variable of the program instances and every global one, parents first."""
-        return walk(self._project)
-
-    def located(self) -> list[Located]:
-        """Return the directly represented variables in order of declaration."""
-        return list(self._project.located)
-
     def note_calls(self, blocks: Mapping[str, int | None]) -> None:
         """Return None: calls inside compiled code cannot be observed."""
 
@@ -232,7 +213,7 @@ class NativeProgram:
         return slot
 
     def _find(self, path: str) -> _Slot:
-        found = resolve(self._project, path)
+        found = resolve(self.project, path)
         kind, memory = self._roots[found.root]
         at = 0
         codec = self._layout.codec(kind, len(memory))
@@ -316,15 +297,13 @@ def _contained_types(project: Project) -> list[StructType | BlockType]:
     def visit(kind: Type) -> None:
         if isinstance(kind, ArrayType):
             visit(kind.element)
-        elif isinstance(kind, (StructType, BlockType)) and kind.name.upper() in found:
-            return
-        elif isinstance(kind, StructType):
-            for _, field in kind.fields:
-                visit(field)
-            found.setdefault(kind.name.upper(), kind)
-        elif isinstance(kind, BlockType):
-            for variable in kind.variables:
-                visit(variable.type)
+        elif isinstance(kind, (StructType, BlockType)) and kind.name.upper() not in found:
+            if isinstance(kind, StructType):
+                inner = [field for _, field in kind.fields]
+            else:
+                inner = [variable.type for variable in kind.variables]
+            for part in inner:
+                visit(part)
             found.setdefault(kind.name.upper(), kind)
 
     for block in project.instances.values():

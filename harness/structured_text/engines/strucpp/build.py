@@ -20,16 +20,18 @@ from structured_text.engines.native.toolchain import (
     run_tool,
     version,
 )
-from structured_text.engines.strucpp.strucpp_dialect import NAMESPACE
 from structured_text.errors import COMMAND, InputError
 from structured_text.language.project import Project
 from structured_text.language.source import origin, source_text
 from structured_text.output.paths import real
 
-__all__ = ["MISSING_STRUCPP", "Strucpp", "compile_project", "find_strucpp"]
+__all__ = ["MISSING_STRUCPP", "NAMESPACE", "Strucpp", "compile_project", "find_strucpp"]
 
 #: The message to users, and of skipped tests, if STruC++ is not installed.
 MISSING_STRUCPP = "STruC++ not found: set RCX_STRUCPP or PATH"
+
+#: The name space of the generated C++.
+NAMESPACE = "strucpp"
 
 _RUNTIME = Path(__file__).with_name("runtime.cpp")
 # Without these options, all programs of a process would share inline variables, such as globals,
@@ -52,13 +54,10 @@ class Strucpp:
     blocks: Path
     headers: Path
 
-    def fingerprint(self) -> str:
-        """Return a hash of the compiler, its blocks and its headers, as part of a cache key."""
-        return _fingerprint(self)
-
 
 @functools.lru_cache(maxsize=8)
 def _fingerprint(strucpp: Strucpp) -> str:
+    """Return a hash of the compiler, its library and its headers, as part of a cache key."""
     own = Path(strucpp.command[-1])
     code = own.parents[1].rglob("*.js") if own.suffix == ".js" else [own]
     return fingerprint([*code, strucpp.blocks, *strucpp.headers.glob("*.hpp")])
@@ -119,7 +118,7 @@ def compile_project(
     """
     texts = [source_text(file) for file in project.files]
     added = "\n".join([*_program_part(project, layout), _RUNTIME.read_text(encoding="utf-8")])
-    parts = [*texts, added, strucpp.fingerprint(), Path(__file__).read_text(encoding="utf-8")]
+    parts = [*texts, added, _fingerprint(strucpp), Path(__file__).read_text(encoding="utf-8")]
 
     def make() -> bytes:
         with tempfile.TemporaryDirectory(prefix=f"{COMMAND}-") as name:

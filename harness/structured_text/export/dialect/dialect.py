@@ -12,9 +12,10 @@ from structured_text.export.initial import is_scalar, literal, zero
 from structured_text.export.parts import Part, Sources
 from structured_text.export.words import Words, words
 from structured_text.language import syntax as s
-from structured_text.language.printer import expression_text, init_text
+from structured_text.language.printer import bounds_text, init_text
 from structured_text.language.standard import FUNCTIONS, conversion
 from structured_text.language.types import ElementaryType, EnumType, Type
+from structured_text.language.walk import declared
 
 __all__ = ["BYTES", "Dialect", "Function", "Names", "dialect_body"]
 
@@ -100,17 +101,7 @@ class Names:
     def __init__(self, sources: Sources, dialect: Dialect) -> None:
         self.dialect = dialect
         self.project = sources.project
-        self.types = {
-            part.name.upper(): part.node
-            for part in sources.parts
-            if isinstance(part.node, s.TypeDecl)
-        }
-        self.members = {
-            member.key: (node.name.text, value, member.text)
-            for node in self.types.values()
-            if isinstance(node.spec, s.EnumSpec)
-            for value, member in enumerate(node.spec.members)
-        }
+        self.types, self.members, self.base = sources.types, sources.members, sources.base
         self.functions = {
             part.name.upper(): Function(self._defaults(part.node), part.node.result)
             for part in sources.of("FUNCTION")
@@ -120,11 +111,8 @@ class Names:
     def spec(self, spec: s.TypeSpec) -> str:
         """Return a type as in the tool's tables."""
         if isinstance(spec, s.ArraySpec):
-            bounds = ", ".join(
-                f"{expression_text(one.low)}..{expression_text(one.high)}"
-                for one in spec.dimensions
-            )
-            return self.dialect.array.format(element=self.spec(spec.element), bounds=bounds)
+            element = self.spec(spec.element)
+            return self.dialect.array.format(element=element, bounds=bounds_text(spec))
         if isinstance(spec, s.NamedSpec):
             declared = self.types.get(spec.name.key)
             if declared is None:
@@ -160,7 +148,8 @@ class Names:
     def member(self, text: str) -> str:
         """Return a member of an enumeration."""
         kind, value, name = self.members[text.upper()]
-        return f"{kind}#{name}" if self.dialect.enumerations else f"{value} (* {name} *)"
+        named = f"{kind.name.text}#{name}"
+        return named if self.dialect.enumerations else f"{value} (* {name} *)"
 
     def zero(self, spec: s.TypeSpec) -> str:
         """Return the default value of an elementary or enumerated type."""
@@ -175,12 +164,6 @@ class Names:
         if one.initial is not None:
             return self._literal(one.initial)
         return self.zero(one.spec) if value == zero(kind) else self.literal(value, kind)
-
-    def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
-        """Return the type that a named type stands for."""
-        while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
-            spec = self.types[spec.name.key].spec
-        return spec
 
     def is_byte(self, spec: s.TypeSpec | None) -> bool:
         """Return whether a type is a BYTE that the tool does not have."""
@@ -210,11 +193,8 @@ class Names:
         symbols = self.project.pous[node.name.key].symbols
         return {
             name.key: self.start(one, symbols[name.key].type, symbols[name.key].initial)
-            for section in node.sections
-            if section.kind == "VAR_INPUT"
-            for one in section.variables
-            for name in one.names
-            if is_scalar(symbols[name.key].type)
+            for section, one, name in declared(node.sections)
+            if section.kind == "VAR_INPUT" and is_scalar(symbols[name.key].type)
         }
 
     def _literal(self, init: s.Init) -> str:

@@ -9,15 +9,16 @@ from typing import Any
 from structured_text.export.body import Scope
 from structured_text.export.dialect.dialect import BYTES, Dialect, Names, dialect_body
 from structured_text.export.initial import is_scalar, zero
-from structured_text.export.losses import lost_configuration, reaching_out, sections
+from structured_text.export.losses import lost_configuration, reaching_out
 from structured_text.export.output import Missing, Output
-from structured_text.export.parts import Part, Sources, comment
+from structured_text.export.parts import Part, Sources, comment, enumerations
 from structured_text.export.starts import Starts
 from structured_text.export.words import mentioned, unwritten
 from structured_text.language import syntax as s
 from structured_text.language.standard import BLOCKS
 from structured_text.language.tree import Symbol
 from structured_text.language.types import BlockType, StructType, Type
+from structured_text.language.walk import declared
 
 __all__ = ["Row", "Tool", "cell", "tabbed", "to_folder"]
 
@@ -155,18 +156,10 @@ class _Writer:
 
     def numbers(self) -> str:
         """Return all enumerations with the numbers of their members."""
-        lines = [
-            f"{name}: {', '.join(f'{value} {member.text}' for value, member in members)}"
-            for name, members in self._enumerations()
-        ]
+        lines = enumerations(self._names.types.values())
         return "\n".join(
             [f"Enumerations are {self._names.dialect.types['INT']} here.", "", *lines, ""]
         )
-
-    def _enumerations(self) -> Iterator[tuple[str, Iterable[tuple[int, s.Name]]]]:
-        for node in self._names.types.values():
-            if isinstance(node.spec, s.EnumSpec):
-                yield node.name.text, enumerate(node.spec.members)
 
     def _body(self, part: Part, node: s.Pou) -> str:
         result = f" : {self._names.spec(node.result)}" if node.result is not None else ""
@@ -204,7 +197,7 @@ class _Writer:
         elif isinstance(node, s.Pou):
             if node.result is not None:
                 yield Row(node.name.text, "RESULT", self._names.spec(node.result), "", "")
-            for section, one, name in sections(node):
+            for section, one, name in declared(node.sections):
                 symbol = self._starts.symbol(node, name)
                 place = "VAR" if section.kind == "VAR_TEMP" else section.kind
                 row = self._row(part, name, one, place, symbol.type, symbol.initial)

@@ -33,30 +33,23 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.syntax import Position
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
-from structured_text.language.walk import statements
+from structured_text.language.walk import root_of, statements
 
 __all__ = ["copied", "translated", "written"]
 
 
 def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
     """Return the names of variables that are assigned, or passed to a block that assigns them."""
-    found = set()
+    found: list[t.Variable] = []
     for one in statements(pou.body):
         if isinstance(one, t.Assign):
-            found.add(_root(one.target))
+            found.append(one.target)
         elif isinstance(one, t.CallBlock):
-            found |= {_root(target) for _, target in one.outputs}
+            found += [target for _, target in one.outputs]
             callee = pous.get(one.block.name.upper())
             inside = written(callee, pous) if callee is not None else set()
-            found |= {_root(variable) for pin, variable in one.in_outs if pin in inside}
-    return found
-
-
-def _root(node: t.Variable) -> str:
-    while isinstance(node, (t.Member, t.Index)):
-        node = node.base
-    assert isinstance(node, t.Use)
-    return node.symbol.name
+            found += [variable for pin, variable in one.in_outs if pin in inside]
+    return {symbol.name for one in found if (symbol := root_of(one)) is not None}
 
 
 _COMMENT = re.compile(r"'(?:\$.|[^$'\n])*'|\(\*(.*?)\*\)", re.DOTALL)
@@ -168,15 +161,9 @@ class _Writer:
     def _companions(self, instance: str, block: BlockType) -> None:
         for pin in passed(block.variables):
             if pin.section != "VAR_IN_OUT":
+                name, data = companion(instance, pin.name), data_of(pin.type, self._images)
                 note = f"{pin.name} of {instance}"
-                tag = Tag(
-                    companion(instance, pin.name),
-                    data_of(pin.type, self._images),
-                    "Local",
-                    None,
-                    note,
-                )
-                self._aoi.locals.append(tag)
+                self._aoi.locals.append(Tag(name, data, "Local", None, note))
                 self._mention(pin.type)
 
     def _mention(self, kind: Type) -> None:
@@ -348,14 +335,15 @@ class _Writer:
 
     def _assign(self, target: t.Variable, value: t.Expression, indent: str) -> list[str]:
         place = self._expressions.variable(target)
-        if is_whole(target.type):
-            if isinstance(value, t.Constant):
-                line = f"{place} := {self._expressions.text(value)};"
-            else:
-                line = copied(self._expressions.text(value), place, target.type, self._images)
-        else:
-            line = self._scalar(target, place, value)
+        whole = is_whole(target.type)
+        line = self._whole(place, value) if whole else self._scalar(target, place, value)
         return [*self._taken(indent), indent + line]
+
+    def _whole(self, place: str, value: t.Expression) -> str:
+        text = self._expressions.text(value)
+        if isinstance(value, t.Constant):
+            return f"{place} := {text};"
+        return copied(text, place, value.type, self._images)
 
     def _scalar(self, target: t.Variable, place: str, value: t.Expression) -> str:
         image = image_element(_array_name(target), self._images)
@@ -375,13 +363,7 @@ class _Writer:
         inputs = []
         for pin, value in one.inputs:
             if is_whole(value.type):
-                place = companion(instance, pin)
-                if isinstance(value, t.Constant):
-                    inputs.append(f"{place} := {self._expressions.text(value)};")
-                else:
-                    inputs.append(
-                        copied(self._expressions.text(value), place, value.type, self._images)
-                    )
+                inputs.append(self._whole(companion(instance, pin), value))
             else:
                 inputs.append(f"{instance}.{pin} := {self._expressions.text(value)};")
         arguments = [instance]

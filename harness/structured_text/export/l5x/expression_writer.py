@@ -25,6 +25,7 @@ from structured_text.language import tree as t
 from structured_text.language.scalars import SIGNED, WIDTH
 from structured_text.language.standard import conversion
 from structured_text.language.types import ArrayType, BlockType, EnumType, Type
+from structured_text.projects.rockwell.expression_reader import bare
 
 __all__ = ["ExpressionWriter", "fold", "wrapped"]
 
@@ -312,22 +313,14 @@ class ExpressionWriter:
 
 def wrapped(text: str) -> str:
     """Return an operand, in parentheses unless it needs none."""
-    return text if _SIMPLE.fullmatch(text) or _is_enclosed(text) else f"({text})"
+    enclosed = bare(text) != text and not text.startswith("(*")
+    return text if _SIMPLE.fullmatch(text) or enclosed else f"({text})"
 
 
 def fold(text: str, bits: int) -> str:
     """Return the signed number in the lowest bits; `text` is used twice."""
     low, sign = (1 << bits - 1) - 1, 1 << bits - 1
     return f"(({text} AND 16#{low:X}) - ({text} AND 16#{sign:X}))"
-
-
-def _is_enclosed(text: str) -> bool:
-    depth = 0
-    for place, one in enumerate(text):
-        depth += {"(": 1, ")": -1}.get(one, 0)
-        if depth == 0 and place < len(text) - 1:
-            return False
-    return text.startswith("(") and not text.startswith("(*")
 
 
 def _masked(text: str, kind: Type) -> str:

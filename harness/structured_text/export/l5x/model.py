@@ -12,7 +12,9 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from structured_text.errors import BLOCKS
+from structured_text.export.initial import literal
 from structured_text.language import tree as t
+from structured_text.language.scalars import DIGITS
 from structured_text.language.syntax import Position
 from structured_text.language.types import (
     ArrayType,
@@ -230,23 +232,17 @@ def value_text(value: Any, kind: Type) -> str:
     if name == "BOOL":
         return "1" if value else "0"
     if name == "REAL":
-        text = f"{float(value):.9g}".upper()
-        return text if "." in text else _pointed(text)
+        return literal(value, ElementaryType(name))
     number = int(value)
     if name == "TIME":
         number, rest = divmod(number, _NANOSECONDS_PER_MS)
         if rest:
             raise NotCarriedError("a time with parts of a millisecond")
     if name in ("BYTE", "WORD", "DWORD"):
-        return f"16#{number:0{ {'BYTE': 2, 'WORD': 4, 'DWORD': 8}[name] }X}"
+        return f"16#{number:0{DIGITS[name]}X}"
     if not -(1 << 31) < number < 1 << 31:
         raise NotCarriedError(f"the number {number} does not fit a DINT")
     return str(number)
-
-
-def _pointed(text: str) -> str:
-    digits, e, exponent = text.partition("E")
-    return f"{digits}.0{e}{exponent}"
 
 
 def _string(text: str) -> str:

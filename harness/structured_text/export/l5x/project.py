@@ -15,13 +15,15 @@ from structured_text.export.l5x.blocks import standard_blocks
 from structured_text.export.l5x.body import translated
 from structured_text.export.l5x.model import Aoi, Data, Images, NotCarriedError, Tag, data_of
 from structured_text.export.l5x.xml import aoi_element, data_type, document, program_element
-from structured_text.export.losses import lost_configuration, missing, reaching_out, sections
+from structured_text.export.losses import lost_configuration, missing, reaching_out
 from structured_text.export.output import Missing, Output
 from structured_text.export.parts import Part, Sources
 from structured_text.export.words import unwritten, words
 from structured_text.language import syntax as s
+from structured_text.language.lexer import KEYWORDS
 from structured_text.language.project import Project
 from structured_text.language.types import BlockType, StructType
+from structured_text.language.walk import declared
 
 __all__ = ["LIBRARY", "to_l5x"]
 
@@ -30,20 +32,6 @@ LIBRARY = f"{BLOCKS}Library"
 
 _ASIDE = re.compile(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)")
 _CALLED = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\s*\(")
-_KEYWORDS = (
-    "IF",
-    "ELSIF",
-    "WHILE",
-    "UNTIL",
-    "CASE",
-    "NOT",
-    "AND",
-    "OR",
-    "XOR",
-    "MOD",
-    "OF",
-    "THEN",
-)
 
 _ABOUT = (
     f"{LIBRARY}: brings all instructions of the library with it when it is imported. It does "
@@ -131,7 +119,7 @@ def _types(sources: Sources, images: Images, lost: list[Missing]) -> dict[str, s
 def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
     """Yield blocks in VAR RETAIN: their Prescan routines clear them when the controller starts."""
     assert isinstance(part.node, s.Pou)
-    for section, _, name in sections(part.node):
+    for section, _, name in declared(part.node.sections):
         kind = project.pous[part.name.upper()].symbols[name.key].type
         if section.qualifier == "RETAIN" and isinstance(kind, BlockType):
             why = "RETAIN: it begins anew when power was off"
@@ -152,7 +140,7 @@ def _check_words(made: Aoi, aois: dict[str, Aoi]) -> None:
     """
     listed = words("logix")
     functions = {one.name for one in listed.functions.values() if not one.is_operator}
-    known = {*_KEYWORDS, *functions, *listed.instructions, *aois}
+    known = {*KEYWORDS, *functions, *listed.instructions, *aois}
     for line in (*made.logic, *made.prescan):
         for name in _CALLED.findall(_ASIDE.sub(" ", line)):
             if name not in known:

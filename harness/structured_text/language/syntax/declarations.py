@@ -192,7 +192,6 @@ class Method:
     sections: tuple[Section, ...]
     body: tuple[Statement, ...]
     at: Position
-    action: bool = False
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from structured_text.language.source import Line
@@ -83,8 +84,7 @@ class _Statements(ExpressionReader):
             else:
                 yield Line(f"{indent}ELSE", branch.at)
             yield from self.block(indent + "  ")
-        yield Line(f"{indent}END_IF;", self._peek().at)
-        self._expect("END_IF")
+        yield self._end_of("IF", indent)
 
     def _case(self, indent: str, token: Token) -> Iterator[Line]:
         yield Line(f"{indent}CASE {self._whole(self._value())} OF", token.at)
@@ -96,8 +96,7 @@ class _Statements(ExpressionReader):
             yield Line(f"{indent}ELSE", self._next().at)
             self._take(":")
             yield from self.block(indent + "  ")
-        yield Line(f"{indent}END_CASE;", self._peek().at)
-        self._expect("END_CASE")
+        yield self._end_of("CASE", indent)
 
     def _branch(self, indent: str) -> Iterator[Line]:
         """Yield the statements up to the next label."""
@@ -134,15 +133,19 @@ class _Statements(ExpressionReader):
         self._expect("DO")
         yield Line(f"{indent}FOR {counter} := {start} TO {end}{step} DO", token.at)
         yield from self.block(indent + "  ")
-        yield Line(f"{indent}END_FOR;", self._peek().at)
-        self._expect("END_FOR")
+        yield self._end_of("FOR", indent)
 
     def _while(self, indent: str, token: Token) -> Iterator[Line]:
         yield Line(f"{indent}WHILE {self._condition()} DO", token.at)
         self._expect("DO")
         yield from self.block(indent + "  ")
-        yield Line(f"{indent}END_WHILE;", self._peek().at)
-        self._expect("END_WHILE")
+        yield self._end_of("WHILE", indent)
+
+    def _end_of(self, word: str, indent: str) -> Line:
+        """Read the END of a statement and return it."""
+        at = self._peek().at
+        self._expect(f"END_{word}")
+        return Line(f"{indent}END_{word};", at)
 
     def _repeat(self, indent: str, token: Token) -> Iterator[Line]:
         yield Line(f"{indent}REPEAT", token.at)
@@ -151,8 +154,7 @@ class _Statements(ExpressionReader):
         self._expect("UNTIL")
         yield Line(f"{indent}UNTIL {self._condition()}", until.at)
         self._take(";")
-        yield Line(f"{indent}END_REPEAT;", self._peek().at)
-        self._expect("END_REPEAT")
+        yield self._end_of("REPEAT", indent)
 
     def _assignment(self) -> Iterator[str]:
         token = self._peek()
@@ -200,7 +202,11 @@ class _Statements(ExpressionReader):
             if data.type.upper() != _BLOCKS[name]:
                 raise self._error(f"{instance} is not a {_BLOCKS[name]}", token)
             self._expect(")")
-            yield f"{instance}();" if name == "TONR" else f"{instance}(Falling := {_flag(name)});"
+            yield (
+                f"{instance}();"
+                if name == "TONR"
+                else f"{instance}(Falling := {'TRUE' if name == 'OSFI' else 'FALSE'});"
+            )
         elif name in ("COP", "CPS"):
             yield from self._copy(token)
         elif name == "SIZE":
@@ -250,10 +256,7 @@ class _Statements(ExpressionReader):
 
     def _copy(self, token: Token) -> Iterator[str]:
         """Translate COP(Source, Dest, Length): a whole tag, or elements of equal arrays."""
-        source = self._place_of()
-        self._expect(",")
-        target = self._place_of()
-        self._expect(",")
+        source, target = self._place_of(), self._place_of()
         length = self._whole(self._value())
         self._expect(")")
         (text, data, first), (other, kind, start) = source, target
@@ -263,9 +266,11 @@ class _Statements(ExpressionReader):
                 token,
                 "convert element by element",
             )
-        if (data.sizes == kind.sizes and first == start == "0" and length == str(_size(data))) or (
-            not data.sizes and not kind.sizes and length == "1"
-        ):
+        if (
+            data.sizes == kind.sizes
+            and first == start == "0"
+            and length == str(math.prod(data.sizes))
+        ) or (not data.sizes and not kind.sizes and length == "1"):
             yield f"{other} := {text};"
         elif len(data.sizes) == len(kind.sizes) == 1:
             self._routine.needs.add(COUNTER)
@@ -293,11 +298,12 @@ class _Statements(ExpressionReader):
     def _place_of(self) -> tuple[str, Data, str]:
         """Return an array, its type and an index in it; for another tag, the index is 0."""
         text, data = self._variable(element=False)
+        index = "0"
         if data.sizes and self._take("["):
             index = self._whole(self._value())
             self._expect("]")
-            return text, data, index
-        return text, data, "0"
+        self._expect(",")
+        return text, data, index
 
     def _text_call(self, token: Token) -> str:
         name = token.word
@@ -345,17 +351,6 @@ class _Statements(ExpressionReader):
         if kind != "STRING":
             raise self._error("a text is needed here", token)
         return text
-
-
-def _flag(name: str) -> str:
-    return "TRUE" if name == "OSFI" else "FALSE"
-
-
-def _size(data: Data) -> int:
-    size = 1
-    for one in data.sizes:
-        size *= one
-    return size
 
 
 def _sum(start: str) -> str:

@@ -17,7 +17,7 @@ from pathlib import Path
 from structured_text.errors import VARIABLES, InputError
 from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
-from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, made
+from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, in_comment, made
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
 from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
@@ -203,8 +203,7 @@ class _Reader:
         text = f"{plain_tag(element.get('Name'))} : {plain_tag(kind)}{value};"
         said = element.first("Description")
         note = " ".join(said.text().split()) if said is not None else ""
-        note = note.replace("(*", "( *").replace("*)", "* )")
-        return f"{text} (* {note} *)" if note else text
+        return f"{text} (* {in_comment(note)} *)" if note else text
 
     def _section(
         self, word: str, tags: Iterable[Element], cleared: Iterable[str] = ()
@@ -238,19 +237,14 @@ class _Reader:
         parameters = aoi.all("Parameters", "Parameter")
         local = aoi.all("LocalTags", "LocalTag")
         routines = {_key(one): one for one in aoi.all("Routines", "Routine")}
-        logic = routines.get("LOGIC")
         tags = {_key(one): self._data(one) for one in (*parameters, *local)}
         scope = Routine(self._file, self._types, tags, {}, {})
-        body: Lines | Foreign = ()
-        if logic is not None:
-            body = self._body(logic, scope)
-        said = (
-            "\n".join(line.text for line in body).upper() if not isinstance(body, Foreign) else ""
-        )
-        first: Lines | Foreign = ()
-        if "PRESCAN" in routines and not isinstance(body, Foreign):
-            first = self._body(routines["PRESCAN"], scope)
-        first = () if isinstance(first, Foreign) else first
+        body: Lines | Foreign = self._body(routines["LOGIC"], scope) if "LOGIC" in routines else ()
+        said, first = "", Lines()
+        if not isinstance(body, Foreign):
+            said = "\n".join(line.text for line in body).upper()
+            begun = self._body(routines["PRESCAN"], scope) if "PRESCAN" in routines else ()
+            first = () if isinstance(begun, Foreign) else begun
         cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
         lines = [*made(aoi.at, f"FUNCTION_BLOCK {name}")]
         for usage, word in _SECTIONS.items():

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from mistakes import check
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
-from structured_text.language.load import check, load
+from structured_text.language.load import load
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, ElementaryType, EnumType, StructType
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from mistakes import check
 from structured_text.errors import InputError
-from structured_text.language.load import check
 
 Errors = Callable[..., list[InputError]]
 

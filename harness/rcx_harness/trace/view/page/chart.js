@@ -11,7 +11,7 @@ const HEAD = { overview: 34, times: 26 };
 const APART = 90;
 const ROOM = 0.01; // of the whole time, before its begin and behind its end
 const COLOURS = ["ink", "soft", "line", "card", "bad", "a", "b", "link", "here"];
-const LANES = ["input", "output", "command", "status", "variable", "curve", "rule"];
+const LANES = ["input", "output", "command", "status", "task", "variable", "curve", "rule"];
 export const FONT = '11px "DejaVu Sans Mono", Consolas, monospace';
 
 export function element(tag, attributes = {}, ...children) {

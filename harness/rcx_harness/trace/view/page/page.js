@@ -5,6 +5,7 @@ import { Chart, coloursOf, element, prepared } from "./chart.js";
 import { Events, Lane, unpack } from "./data.js";
 import { drawTimes } from "./draw.js";
 import { Player } from "./play.js";
+import { Programs, nextTime } from "./programs.js";
 import { Robots } from "./robots.js";
 import { find, step } from "./search.js";
 
@@ -12,13 +13,16 @@ const ZOOM = 0.5;
 const EVENT = 24; // height of an event in the list
 const LONGEST = 8e6; // pixels that a list may be high: what browsers can scroll
 const AROUND = 300_000; // shown before and behind what was found, at least [us]
+const [HIGH, LOW] = [220, 140]; // of a view of a robot, alone and above its programs [px]
 const WHILE_PLAYING = [" ", "+", "=", "-", "0", "t"]; // keys that do not end playing
+const SCROLLS = ["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", "PageUp", "PageDown", "Home", "End"]; // a listing
 const PAPER = { width: 1030, height: 590, head: 26, names: 290, scale: 3, most: 300 }; // A4 in CSS pixels
 const KINDS = {
   rule: "rules",
   command: "commands",
   input: "inputs",
   output: "outputs",
+  task: "robot programs",
   variable: "variables",
 };
 const KEYS = [
@@ -49,8 +53,9 @@ class Page {
   #table;
   #found = new Int32Array();
   #place = -1;
-  #hidden = new Set(["variable"]);
+  #hidden = new Set(["task", "variable"]);
   #robots;
+  #programs;
   #player;
   #waits = false;
 
@@ -63,7 +68,12 @@ class Page {
     this.#events = new Events(this.#lanes, bytes, table.order);
     this.#chart = new Chart(document, table, this.#lanes);
     byId("robots").hidden = !table.robots.length;
-    this.#robots = new Robots(byId("robots").querySelector("div"), table.robots, this.#lanes);
+    const high = table.programs.length ? LOW : HIGH;
+    this.#robots = new Robots(byId("robots").querySelector("div"), table.robots, this.#lanes, high);
+    byId("programs").hidden = !table.programs.length;
+    byId("programs").parentElement.classList.toggle("programmed", table.programs.length > 0);
+    const host = byId("programs").querySelector("div");
+    this.#programs = new Programs(host, table.programs, this.#lanes, (...line) => this.#toLine(...line));
     this.#player = new Player(
       (frame) => requestAnimationFrame(frame),
       (t) => this.#playedTo(t),
@@ -216,6 +226,7 @@ class Page {
     document.addEventListener("keydown", (key) => {
       if (byId("keys").open || key.ctrlKey || key.metaKey || key.altKey) return;
       const at = key.target;
+      if (at.matches(".lines") && SCROLLS.includes(key.key)) return;
       if (at === byId("search")) this.#searchKey(key);
       else if (at === byId("list") && this.#listKey(key)) key.preventDefault();
       else if (this.#key(key, at)) key.preventDefault();
@@ -299,16 +310,29 @@ class Page {
     this.#move();
   }
 
-  // The robots stand as at the cursor that moves; without one as at the end.
+  // To the next time at which a line of a robot program is executed.
+  #toLine(controller, program, line) {
+    const { cursors, active } = this.#chart;
+    const next = nextTime(controller, program, line, cursors[active] ?? -1);
+    if (!next) return;
+    this.#player.stop();
+    this.#chart.select(next.lane);
+    this.#chart.put(next.t, active, true);
+  }
+
+  // Robots and programs are shown as at the cursor that moves; without one as at the end.
   #move() {
-    if (this.#waits || !this.#table.robots.length) return;
+    const { robots, programs } = this.#table;
+    if (this.#waits || !(robots.length || programs.length)) return;
     this.#waits = true;
     requestAnimationFrame(() => {
       this.#waits = false;
       const { cursors, active } = this.#chart;
       const t = cursors[active];
-      byId("when").textContent = t === null ? "at the end" : `at ${this.#time(t)}`;
+      const when = t === null ? "at the end" : `at ${this.#time(t)}`;
+      for (const small of document.querySelectorAll(".when")) small.textContent = when;
       this.#robots.show(t ?? this.#table.end);
+      this.#programs.show(t ?? this.#table.end);
     });
   }
 

@@ -4,17 +4,16 @@ import { element } from "./chart.js";
 import { RobotView } from "./robot.js";
 
 const WAY = 3000; // positions that are drawn of the way until then: 15 s of motion
-const HIGH = 220; // of a view [px]
 
 export class Robots {
   #robots;
 
-  // `entries` as in the table of the page, `lanes` all lanes.
-  constructor(host, entries, lanes) {
+  // `entries` as in the table of the page, `lanes` all lanes; a view is at most `high` [px].
+  constructor(host, entries, lanes, high) {
     this.#robots = entries.map(({ title, unit, model, lanes: own, poses }) => {
       const box = element("div", { class: "robot" });
       host.append(element("h2", {}, title), box);
-      const view = new RobotView(box, model, { unit, high: HIGH });
+      const view = new RobotView(box, model, { unit, high });
       return { view, lanes: own.map((k) => lanes[k]), poses };
     });
   }

@@ -16,7 +16,7 @@ from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.prove.sources import prover_state
 from rcx_tools.evidence.prove.summaries import WAVES
-from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.matiec.build import find_matiec, fingerprint_of
 from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.prove.logic import UnsupportedError
 
@@ -74,7 +74,7 @@ def compiler_state() -> str:
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         return ""
-    return f"{matiec.fingerprint()} {compiler} {comparing.MATIEC_SCANS}"
+    return f"{fingerprint_of(matiec)} {compiler} {comparing.MATIEC_SCANS}"
 
 
 @lru_cache(maxsize=2)
@@ -145,7 +145,7 @@ def _on_matiec(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     why, matiec = missing(), find_matiec()
     if why or matiec is None:
         return {"says": f"not compared on matiec ({why})"}
-    compiler, figures = matiec.fingerprint()[:12], _scans(rows, "matiec")
+    compiler, figures = fingerprint_of(matiec)[:12], _scans(rows, "matiec")
     scans, least = figures["scans"], figures["least_of_a_block"]
     says = f"on matiec (compiler {compiler}) {scans:,} scans, at least {least} of each block"
     return {**figures, "compiler": compiler, "says": says}

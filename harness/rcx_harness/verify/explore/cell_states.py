@@ -1,0 +1,159 @@
+"""The states of a cell in an exploration: as bytes to return to, and as a key to recognise them."""
+
+from __future__ import annotations
+
+import io
+import marshal
+import pickle
+import zlib
+from collections.abc import Iterator
+from hashlib import blake2b
+from typing import Any
+
+from rcx_harness.cell import Cell
+from rcx_harness.verify.explore.relative import relative
+from rcx_harness.verify.explore.state_tables import TABLES
+from rcx_harness.verify.properties import Judge
+from rcx_harness.watch.wire import INTERVAL_US
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
+from structured_text.explore.abstraction import Abstraction
+
+__all__ = ["CellStates"]
+
+#: Bytes of the digest that identifies a state, and the version of `marshal`; see `abstraction`.
+_DIGEST, _MARSHAL = 16, 2
+
+
+class CellStates:
+    """The states of one cell, whose program has not run its first scan.
+
+    All processes that build the same cell understand the same bytes.
+    """
+
+    def __init__(self, cell: Cell, judge: Judge) -> None:
+        assert isinstance(cell.program, BuiltinProgram)
+        self._cell, self._judge = cell, judge
+        self._program = Abstraction(cell.program, cell.timing.scan_us, TABLES)
+        # These objects never change, so a state contains only their places in this list.
+        self._fixed = list(_fixed(cell))
+        self._places = {id(one): place for place, one in enumerate(self._fixed)}
+
+    def freeze(self) -> bytes:
+        """Return the state of the cell."""
+        return self._frozen(self._cell.snapshot())
+
+    def key(self) -> bytes:
+        """Return what identifies the state of the cell; states with the same key behave alike."""
+        return self._key(self._cell.snapshot())
+
+    def freeze_with_key(self) -> tuple[bytes, bytes]:
+        """Return the state of the cell, and its key."""
+        snapshot = self._cell.snapshot()
+        return self._frozen(snapshot), self._key(snapshot)
+
+    def _frozen(self, snapshot: object) -> bytes:
+        stream = io.BytesIO()
+        pickler = _Pickler(stream, self._places)
+        try:
+            pickler.dump((snapshot, self._judge.snapshot()))
+        except (TypeError, AttributeError, pickle.PicklingError) as error:
+            text = f"a state of this cell cannot be stored: {error}"
+            raise InputError(text, hint="please report it with the cell") from None
+        return zlib.compress(stream.getvalue(), 1)
+
+    def thaw(self, state: bytes) -> None:
+        """Return the cell to a state."""
+        stream = io.BytesIO(zlib.decompress(state))
+        cell, judge = _Unpickler(stream, self._fixed).load()
+        self._cell.restore(cell)
+        self._judge.restore(judge)
+
+    def _key(self, snapshot: Any) -> bytes:
+        now_us = self._cell.now_us
+        self._program.now = now_us * 1000
+        parts = (
+            self._program.freeze(),
+            tuple(self._nodes(snapshot.nodes, now_us)),
+            _of_plc(snapshot.bench.plc),
+            relative(self._judge.memory(now_us), now_us),
+            _clocks(snapshot.bench.agenda, now_us),
+        )
+        return blake2b(marshal.dumps(parts, _MARSHAL), digest_size=_DIGEST).digest()
+
+    def _nodes(self, nodes: Any, now_us: int) -> Iterator[Any]:
+        """Yield controller, network and wire monitor of each node."""
+        scan_us, timeout_us = self._cell.timing.scan_us, self._cell.timing.timeout_us
+        for robot, network, wire, _, _ in nodes:
+            (*state, _, lost_us), (last, due), images, random, _ = network
+            # Longer ago than these times makes no difference; see `PacketNetwork`.
+            reopens_us = -(scan_us + timeout_us)
+            yield (
+                relative(robot, now_us),
+                tuple(state),
+                None if lost_us is None else max(lost_us - now_us, reopens_us),
+                tuple(None if t is None else max(t - now_us, -timeout_us) for t in last),
+                tuple(max(t - now_us, 0) for t in due),
+                images,
+                random if self._cell.timing.jitter_us else None,
+                tuple(_of_wire(wire, now_us)),
+            )
+
+
+def _of_plc(plc: Any) -> Any:
+    """Return the memory of the monitors, and whether the PLC runs."""
+    (contract, (_, faults)), runs, powered, _ = plc
+    # Which block was last called for which robot makes no difference: there is one robot.
+    return relative((contract, faults), 0), runs, powered
+
+
+def _clocks(agenda: Any, now_us: int) -> Any:
+    """Return when the next packet, cycle and scan come."""
+    queue, _, _ = agenda
+    return tuple(sorted((t_us - now_us, int(kind), device) for t_us, kind, device, *_ in queue))
+
+
+def _of_wire(wire: Any, now_us: int) -> Iterator[Any]:
+    """Yield the memory of a wire monitor: a change counts for 100 ms, commands are not counted."""
+    values = dict(wire)
+    changed_us = values["_changed_us"]
+    ago_us = None if changed_us is None else min(now_us - changed_us, INTERVAL_US)
+    yield ago_us, values["_changed_what"] if ago_us is not None and ago_us < INTERVAL_US else ""
+    for name, value in values.items():
+        if name not in ("commands", "_changed_us", "_changed_what") and not isinstance(value, dict):
+            yield name, value
+
+
+def _fixed(cell: Cell) -> Iterator[Any]:
+    snapshot: Any = cell.snapshot()
+    queue, _, _ = snapshot.bench.agenda
+    yield snapshot.bench.program.module
+    yield cell.timing
+    for *_, action in queue:
+        yield action
+    for robot in cell.robots:
+        yield robot.config
+        yield from robot.config.programs
+        yield from (task.code for task in robot.program.tasks)
+
+
+class _Pickler(pickle.Pickler):
+    """Replaces fixed objects by their places."""
+
+    def __init__(self, stream: io.BytesIO, places: dict[int, int]) -> None:
+        super().__init__(stream, protocol=5)
+        self._places = places
+
+    def persistent_id(self, one: Any) -> int | None:
+        """Return the place of a fixed object; None for all others."""
+        return self._places.get(id(one))
+
+
+class _Unpickler(pickle.Unpickler):
+    def __init__(self, stream: io.BytesIO, fixed: list[Any]) -> None:
+        super().__init__(stream)
+        self._fixed = fixed
+
+    def persistent_load(self, place: int) -> Any:
+        """Return a fixed object."""
+        return self._fixed[place]

@@ -1,0 +1,173 @@
+"""Examples 16 and 17: the movements are in robot programs, and the PLC gives the work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
+from example_runs import ROOT, finished
+from rcx_harness.cell import Cell
+
+_JOBS, _BELT = "16_robot_program", "17_conveyor"
+_TABLES = {20: -40000, 21: -50000, 22: -60000}
+
+
+def _build(name: str) -> Cell:
+    """Return the cell of an example, without its stimulus."""
+    folder = ROOT / "plc/examples" / name
+    files = sorted(folder.glob("*.st"))
+    return Cell.build(files, robot=folder / "robot.toml", engine="builtin")
+
+
+def _until(cell: Cell, condition: Callable[[], bool], within: str = "4s") -> None:
+    cell.run_until(condition, within=within)
+
+
+def _releases(cell: Cell, parts: int) -> list[int]:
+    """Return the positions of axis 1 at which the hand has opened, for so many parts [pulses]."""
+    found: list[int] = []
+    closed = cell.robot.read_port("DO(20)")
+    for _ in range(1000):
+        if len(found) == parts:
+            break
+        cell.scan()
+        was, closed = closed, cell.robot.read_port("DO(20)")
+        if was and not closed:
+            found.append(cell.robot.positions[0])
+    return found
+
+
+def test_the_robot_side_of_example_16_is_that_of_the_library() -> None:
+    """Source: docs/how-to/robot-program.md: the frame is pasted, only the routines differ."""
+    frame = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="utf-8").partition("IF SGI30=0")
+    ours = (ROOT / "plc/examples" / _JOBS / "CARRY.PGM").read_text(encoding="utf-8")
+    begin, end = frame[1], "\n' Your routines."
+    assert begin + frame[2].partition(end)[0] in ours
+
+
+def test_each_part_goes_to_the_next_place_of_the_tray() -> None:
+    """Source: example 16: points 20 to 22, then 20 again."""
+    with _build(_JOBS) as cell:
+        cell["Main.CellSafe"] = True
+        cell.run("300ms")
+        cell["Main.Start"] = True
+        assert _releases(cell, 4) == [_TABLES[20], _TABLES[21], _TABLES[22], _TABLES[20]]
+
+
+def test_stop_parks_the_robot_after_the_present_part() -> None:
+    """Source: example 16: point 1 is at 0 of each axis."""
+    cell = finished(_JOBS).cell
+    assert cell["Main.Stage"] == "CELL_IDLE"
+    assert cell["Main.Count"] == 4
+    assert list(cell.robot.positions) == [0, 0, 0, 0]
+    assert cell["Main.Fault"] == 0
+
+
+def _with_a_part_in_the_hand(cell: Cell) -> None:
+    cell["Main.CellSafe"] = True
+    cell.run("300ms")
+    _press(cell)
+    _until(cell, lambda: cell["Main.Count"] == 1 and cell.robot.read_port("DO(20)") == 1)
+
+
+def _press(cell: Cell) -> None:
+    cell["Main.Start"] = True
+    cell.run("200ms")
+    cell["Main.Start"] = False
+
+
+@pytest.mark.parametrize(
+    ("event", "back"),
+    [("link_down", "link_up"), ("emergency_stop", "emergency_stop_release")],
+)
+def test_a_stopped_job_continues_after_start(event: str, back: str) -> None:
+    """Nothing moves before Start. Then the part is placed, and the next one goes to its place.
+
+    Source: manual chapter 1, 5.2; chapter 5, 2: the program continues with the interrupted line.
+    """
+    with _build(_JOBS) as cell:
+        _with_a_part_in_the_hand(cell)
+        cell.inject(event)
+        cell.run("1s")
+        cell.inject(back)
+        cell.run("1s")
+        assert cell["Main.Count"] == 1
+        _press(cell)
+        assert _releases(cell, 2) == [_TABLES[21], _TABLES[22]]
+        assert not cell["Main.Fault"]
+
+
+def test_a_job_that_was_interrupted_by_a_power_failure_is_reported_and_then_given_again() -> None:
+    """Source: FB_ProgramCall, 16#8083: begun, and not complete."""
+    with _build(_JOBS) as cell:
+        _with_a_part_in_the_hand(cell)
+        cell.inject("power_cycle")
+        cell.run("8s")
+        _press(cell)
+        _until(cell, lambda: cell["Main.Fault"] == 0x8083, within="8s")
+        assert cell["Main.Stage"] == "CELL_IDLE"
+        assert cell["Main.Count"] == 1
+        _press(cell)
+        _until(cell, lambda: cell["Main.Count"] == 2, within="8s")
+
+
+def test_robot_and_exchanger_are_never_in_the_tray_together() -> None:
+    """The robot may be in the area while SO(24) and SI(24) are ON.
+
+    Source: example 17; the tray is exchanged once, and three parts are placed.
+    """
+    with _build(_BELT) as cell:
+        moved = []
+
+        def scan() -> None:
+            cell.scan()
+            moved.append(bool(cell["Main.TrayMoves"]))
+            assert not (cell["Main.TrayMoves"] and cell["Main.Granted"])
+
+        for part in range(1, 4):
+            cell["Main.CellSafe"] = True
+            cell["Main.Start"] = cell.now_us > 300_000
+            while not cell["Main.Belt"]:
+                cell["Main.Start"] = cell.now_us > 300_000
+                scan()
+            cell["Main.PartAtEnd"] = True
+            while cell.robot.read_port("DO(20)") == 0:
+                scan()
+            cell["Main.PartAtEnd"] = False
+            cell["Main.ChangeTray"] = part == 2
+            while cell.robot.read_port("SOW(2)") < part:
+                scan()
+            cell["Main.ChangeTray"] = False
+        assert [now for was, now in pairwise(moved) if was != now] == [True, False]
+
+
+def test_the_robot_keeps_the_area_while_nobody_knows_where_it_is() -> None:
+    """Source: example 17; manual chapter 1, 5.2: a lost link stops the program."""
+    with _build(_BELT) as cell:
+        cell["Main.CellSafe"] = True
+        cell.run("300ms")
+        cell["Main.Start"] = True
+        _until(cell, lambda: bool(cell["Main.Belt"]))
+        cell["Main.Start"] = False
+        cell["Main.PartAtEnd"] = True
+        _until(cell, lambda: bool(cell["Main.Granted"]))
+        cell.inject("link_down")
+        cell["Main.ChangeTray"] = True
+        cell.run("2s")
+        assert cell["Main.Granted"]
+        assert not cell["Main.TrayMoves"]
+
+
+def test_the_belt_stops_while_a_part_lies_at_its_end() -> None:
+    """Source: example 17, BELT.PGM."""
+    with _build(_BELT) as cell:
+        cell["Main.CellSafe"] = True
+        cell.run("300ms")
+        cell["Main.Start"] = True
+        _until(cell, lambda: bool(cell["Main.Belt"]))
+        cell["Main.PartAtEnd"] = True
+        cell.run("100ms")
+        assert not cell["Main.Belt"]
+        assert [task.program.name for task in cell.robot.program.tasks] == ["MAIN", "BELT"]
