@@ -1,6 +1,6 @@
 """FB_ReadAreaWords and FB_WriteAreaWords: the same area in an image of words.
 
-AreasBench compares both twins after every scan; here stands what that cannot show.
+AreasBench compares both twins after every scan; the tests here check what it cannot show.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What the bridge decides, on a clock of the test's own.
+"""The decisions of the bridge, on a simulated clock.
 
-The scenes are one PLC, one robot and the bridge between them; `Scene.go` is one exchange.
+A scene is one PLC, one robot and the bridge between them; `Scene.go` is one exchange.
 """
 
 from __future__ import annotations

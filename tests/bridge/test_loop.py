@@ -1,4 +1,4 @@
-"""One exchange: in which order, for how long, what when it fails; on a clock of the test's own."""
+"""One exchange of the bridge: its order, its duration and its failures, on a simulated clock."""
 
 from __future__ import annotations
 

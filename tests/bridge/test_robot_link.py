@@ -21,7 +21,7 @@ _MOST_POLLS = 60_000
 
 
 class Network:
-    """Gives scanners out, one after the other."""
+    """Scanners that are returned one after the other."""
 
     def __init__(self, *scanners: FakeScanner) -> None:
         self.scanners = list(scanners)

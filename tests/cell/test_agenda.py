@@ -1,4 +1,4 @@
-"""What happens next: the order of a cell's events, and those that come again and again."""
+"""The order of a cell's events, single and repeated."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def noted(seen: Seen, name: str) -> Action:
 
 
 def take(agenda: Agenda, count: int) -> None:
-    """Let so many events happen."""
+    """Run this many events."""
     for _ in range(count):
         now_us, action = agenda.pop()
         action(now_us)

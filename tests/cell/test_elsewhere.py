@@ -228,7 +228,7 @@ def test_its_properties_are_its_own(far: Build) -> None:
 
 
 def test_a_program_that_stops_is_not_sent_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each image is valid for the link's time-out, or for four scans where those take longer."""
+    """Each image is valid for the link's time-out, or for four scans if these take longer."""
     for scan, valid_us in (("10ms", 300_000), ("100ms", 400_000)):
         link = FarLink(48, Timing.make(scan=scan, timeout="300ms"), Elsewhere("127.0.0.1"))
         written: list[tuple[bytes, int | None]] = []

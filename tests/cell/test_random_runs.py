@@ -64,7 +64,7 @@ def drawn_robot(random: Random) -> RobotConfig:
 
 
 class Draw(NamedTuple):
-    """What one run is drawn as; scan, RPI and jitter in ms."""
+    """The random properties of one run; scan, RPI and jitter in ms."""
 
     seed: int
     scan: int

@@ -1,5 +1,5 @@
 # ruff: noqa: RUF001 - the chart is drawn with these
-"""Watched variables: found by path or pattern, and shown alike everywhere, on every engine.
+"""Watched variables: selected by path or pattern, and shown alike on every engine.
 
 Expected values by hand: tests/cell/programs/Watched.st counts its scans and sets most variables in
 the third of them; five scans run in 50 ms.

@@ -101,7 +101,7 @@ def test_initial_servo_on_after_power_on(start: Start) -> None:
 
 
 def test_servo_on_is_answered_if_it_is_not_the_emergency_stop_state(start: Start) -> None:
-    """In the emergency stop state it is refused, and the controller would not answer either.
+    """The block refuses it in the emergency stop state; the controller would not answer either.
 
     Source: manual chapter 5, 3.1, initial servo ON process
     """

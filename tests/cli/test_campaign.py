@@ -1,4 +1,4 @@
-"""`rcx campaign` and `rcx sweep`: exit codes, what is found, and replays that `rcx run` repeats."""
+"""`rcx campaign` and `rcx sweep`: exit codes, findings, and replays that `rcx run` repeats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a command ends that is not asked nicely: closed streams, SIGTERM, an error of its own."""
+"""The end of a command after closed streams, SIGTERM or an internal error."""
 
 from __future__ import annotations
 

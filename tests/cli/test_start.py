@@ -1,4 +1,4 @@
-"""What a command costs before it begins: a command imports what it needs, and no more."""
+"""The start of a command: it imports only the modules that it needs."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""The command blocks, each against what its row of spec/blocks.toml says of its pins.
+"""The command blocks, each tested against the pins in its row of spec/blocks.toml.
 
-The test is the controller. What a pin means is read anew from the tables (tests/support/block_pins
-and block_answers); the telegrams are taken apart with spec/remote_commands.toml, whose words the
-guide's own examples prove (test_worked_examples.py).
+The test is the controller. The meaning of the pins is read from the tables again, without the
+generator (tests/support/block_pins and block_answers). Telegrams are decoded with
+spec/remote_commands.toml, whose words are proved by the guide's own examples
+(test_worked_examples.py).
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ def _bench(block: Pins) -> CommandBench:
 
 
 def _start(block: Pins, bench: CommandBench, pins: dict[str, Value]) -> None:
-    """Start it with these pins; another command has left its data behind."""
+    """Start the block with these pins, after the data of another command."""
     bench["Robot.Inner.Data"] = [0xFFFF] * 15
     bench.set({**pins, "Enable" if block.level else "Execute": True})
     bench.scan_until(lambda: bench.words[0] != 0 or bool(bench.pin("Error")), most=4)

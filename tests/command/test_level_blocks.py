@@ -1,4 +1,4 @@
-"""What FB_Jog and FB_ContinuousPosition have in common: limits of waits, and the channel."""
+"""Common properties of FB_Jog and FB_ContinuousPosition: limits of waits, and the channel."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The 100 worked examples of the guide, each with the block that a user would take for it.
+"""The 100 worked examples of the guide, each with the block that a user would choose for it.
 
-The prose's values stand at the pins; the words that go out and the outputs that the printed
-answer gives must be the guide's. Where print and prose disagree, `differs` in
-tests/data/worked_examples.toml says how, and which of them counts.
+The pins get the values of the prose; the words sent and the outputs for the printed answer must be
+the guide's. If print and prose disagree, `differs` in tests/data/worked_examples.toml says how, and
+which of them counts.
 """
 
 from __future__ import annotations

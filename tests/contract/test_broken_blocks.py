@@ -1,4 +1,4 @@
-"""The proof that the contract runs can fail: one fault each in a copy, and what is found."""
+"""Check that the contract runs can fail: each copy has one fault, which a run must report."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Places(PlcBench):
         self._start = self.program.snapshot(), self.now_us, bytes(self.so)
 
     def choose(self, block: str) -> None:
-        """Begin anew with this block, which no place calls yet."""
+        """Go back to the start with this block, which no place calls yet."""
         snapshot, self.now_us, so = self._start
         self.program.restore(snapshot)
         self.so[:] = so
@@ -122,7 +122,7 @@ class Places(PlcBench):
     def finish(self) -> None:
         """Answer as a controller does: end every command, also that of the other block, and reset.
 
-        After a jog that one waits until SI(06) is back.
+        After a jog the other command waits until SI(06) is ON again.
         """
         for scan in range(60):
             self.answer(_END if self.code else _READY)

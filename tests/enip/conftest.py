@@ -46,7 +46,7 @@ class MemoryImage:
 
 @dataclass
 class FakeCyclicPart(CyclicControl):
-    """Keeps what the Connection Manager tells it."""
+    """A cyclic part that records the calls of the Connection Manager."""
 
     port: int = 2222
     added: list[ConnectionParameters] = field(default_factory=list)

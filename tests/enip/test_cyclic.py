@@ -1,7 +1,6 @@
 """Class 1 connections of one device: literal packets and injected times, no sockets.
 
-Times are microseconds; which connections there are and what their packets look like, see
-`exchange_bench`.
+Times are microseconds. The connections and their packets are in `exchange_bench`.
 """
 
 from __future__ import annotations

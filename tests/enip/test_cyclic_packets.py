@@ -1,8 +1,8 @@
-"""The packets of class 1, byte by byte, and which of them are taken.
+"""The packets of class 1, byte by byte, and which of them are accepted.
 
 Layout: number of items; sequenced address (0x8002, 8 bytes): connection id and sequence number of
-32 bits; connected data (0x00B1): sequence count of 16 bits, run/idle header where there is one,
-data. Everything is little endian.
+32 bits; connected data (0x00B1): sequence count of 16 bits, run/idle header if there is one, data.
+Everything is little endian.
 """
 
 from __future__ import annotations

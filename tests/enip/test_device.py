@@ -1,4 +1,4 @@
-"""What concerns the whole device: status word, owned outputs, reset, unconnected send."""
+"""Properties of the whole device: status word, owned outputs, reset, unconnected send."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the end of a connection means to the controller, over real sockets."""
+"""Effects on the controller when a connection ends, over real sockets."""
 
 from __future__ import annotations
 

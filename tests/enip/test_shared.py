@@ -162,7 +162,7 @@ def test_the_status_names_the_owner_and_counts_its_changes(images: SharedImages)
 
 
 class Recorder:
-    """Stands for memory and notes where it is written, and what `look` sees then."""
+    """A stand-in for memory that notes each write, and the result of `look` at that time."""
 
     def __init__(self, look: Callable[[], int] = lambda: 0) -> None:
         self.written: list[object] = []

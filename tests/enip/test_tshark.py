@@ -38,7 +38,7 @@ pytestmark = pytest.mark.skipif(TSHARK is None, reason="tshark is not installed"
 
 
 class Frame(NamedTuple):
-    """What tshark says of a frame; texts, empty for what it does not have."""
+    """The fields of a frame as tshark prints them; empty if the frame does not have them."""
 
     source: str
     destination: str

@@ -1,6 +1,6 @@
-"""Faults of the kinds that are made in programs: a campaign finds each, and tells it shortly.
+"""A campaign finds faults of the kinds that programmers make, and shows each by a short run.
 
-Each is shown by a seed of which that is known.
+Each test uses a seed that is known to show the fault.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What tests of several targets export: a part in the quick tests, all of it in the others."""
+"""The exports of tests of several targets: a part in the quick tests, all in the others."""
 
 from __future__ import annotations
 

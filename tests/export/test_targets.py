@@ -1,4 +1,4 @@
-"""What holds for every target: examples run from it, nothing of the library is lost on the way."""
+"""Common properties of all targets: examples run from them, and nothing of the library is lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each target writes is on the list of what its tool has, and nothing else is written."""
+"""Each target writes only names and forms that are in the list of its tool."""
 
 from __future__ import annotations
 

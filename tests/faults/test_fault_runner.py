@@ -1,4 +1,4 @@
-"""The proof that the fault runs can fail: a library with one fault each, and what is found."""
+"""Check that the fault runs can fail: each library has one fault, which a run must report."""
 
 from __future__ import annotations
 

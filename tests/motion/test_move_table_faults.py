@@ -1,8 +1,8 @@
 """FB_MoveTable on the virtual controller: every fault at every scan of a table.
 
-The row that is shown, and kept, is the row that the telegram on the wire is of, as decoded here
-from its words; nothing goes on by itself; gone on with, the table comes to its end, each row done
-once and in order.
+The row that is shown is the row of the telegram on the wire, decoded here from its words. Nothing
+continues by itself; once continued, the table comes to its end, with each row done once and in
+order.
 """
 
 from __future__ import annotations

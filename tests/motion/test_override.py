@@ -381,7 +381,7 @@ def test_the_speed_stays_known_where_the_step_did_not_go_out() -> None:
 
 
 def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
-    """The speed is read anew behind it."""
+    """The speed is read again after it."""
     plc = _begun(Percent=100, Pace="T#0s")
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     plc["SpeedOverride.Enable"] = False

@@ -25,7 +25,7 @@ END_PROGRAM
 
 
 class _Pallet:
-    """A size of () leaves the pins as they are without one."""
+    """A pallet block; with the size () its size pins keep their defaults."""
 
     def __init__(self, folder: Path, size: tuple[int, ...], engine: str = "auto") -> None:
         file = folder / "Counting.st"

@@ -1,4 +1,4 @@
-"""FB_PickPlace: the order of its commands, and where it goes on after an error."""
+"""FB_PickPlace: the order of its commands, and where it continues after an error."""
 
 from __future__ import annotations
 

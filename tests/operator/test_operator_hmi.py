@@ -1,4 +1,4 @@
-"""FB_Operator without its HMI (HmiOk): no key acts but Stop."""
+"""FB_Operator without its HMI (HmiOk): no key but Stop has an effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FB_RcxPanelReasons alone: what decides over each key, one signal at a time."""
+"""FB_RcxPanelReasons alone: the reason for each key, one signal at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names of files that are no characters in any encoding: they are written and printed escaped."""
+"""File names that are not valid text in any encoding: they are written and printed escaped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FB_PointBackup: what it asks for, what it makes of the answers, where it stops and goes on."""
+"""FB_PointBackup: its requests, how it stores the answers, where it stops and continues."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FB_PointRestore: what it writes and what not, what differs, where it stops and goes on."""
+"""FB_PointRestore: what it writes, which differences it reports, where it stops and continues."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ class _Kind(NamedTuple):
     depth: float
 
     def at(self, area: Any, units: float) -> str:
-        """Return what the bits say so many units behind the border."""
+        """Return the bits at this distance beyond the border."""
         first = self.border + units * self.unit
         return str(area.at(int(first) if self.unit == 100 else first, *self.rest))
 

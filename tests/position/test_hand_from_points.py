@@ -1,4 +1,4 @@
-"""FB_HandFromPoints: X and Y of a hand on the R axis from two touches of one place."""
+"""FB_HandFromPoints: X and Y of a hand on the R axis, from touching a place twice."""
 
 from __future__ import annotations
 

@@ -314,7 +314,7 @@ def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) 
 @ON_BOTH
 @pytest.mark.parametrize("turns", [-10, -1, 2, 10])
 def test_whole_turns_of_the_r_axis_change_nothing_but_r(engine: str, turns: int) -> None:
-    """A hand of 300 mm along X of R lies along Y where R is 90 degrees and so many turns.
+    """A hand of 300 mm along X of R is along Y if R is 90 degrees plus whole turns.
 
     Source: head of FB_ScaraForward
     """

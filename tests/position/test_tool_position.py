@@ -442,7 +442,7 @@ def test_a_reading_of_an_earlier_enable_counts_for_nothing() -> None:
 
 
 def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
-    """Nobody waits for it any more: the next command goes out as if it had never been."""
+    """The reading is not needed any more: the next command goes out as if there were none."""
     plc = _plc(Enable=True)
     plc.scan()
     plc.change("Position.Enable", to=False)

@@ -1,4 +1,4 @@
-"""What the single remote commands do, and what they refuse."""
+"""Effects and refusals of the single remote commands."""
 
 from __future__ import annotations
 

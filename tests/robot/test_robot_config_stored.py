@@ -1,4 +1,4 @@
-"""What a robot file presets of the stored data."""
+"""Stored data that a robot file presets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which dedicated input works under which setting: a table of all of them."""
+"""The effect of each dedicated input under each setting, as a table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the idle header of the master's cyclic packets means to the controller."""
+"""The meaning of the idle header in the master's cyclic packets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the loss of the connection does to all that is under way, and the first image after it."""
+"""The effect of a lost connection on everything in progress, and the first image after it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is drawn of a robot: its arms and limits, points, pallets and work areas, and its pose."""
+"""The drawing of a robot: arms and limits, points, pallets and work areas, and its pose."""
 
 from __future__ import annotations
 

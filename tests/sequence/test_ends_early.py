@@ -1,6 +1,8 @@
-"""What ends a sequence block before its answer: conditions, the link, the time limit.
+"""Events that end a sequence block before its answer: conditions, the link, the time limit.
 
-The test plays the controller. Source: manual chapter 5, 2 and 3; the link: chapter 1, 5.2.
+The test plays the controller.
+
+Source: manual chapter 5, 2 and 3; the link: chapter 1, 5.2.
 """
 
 from __future__ import annotations

@@ -177,9 +177,9 @@ def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, t
 
 
 def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
-    """A turn that came and went unseen would be given back by FB_WriteArea to nobody.
+    """FB_WriteArea would release a turn that came and went unseen.
 
-    As for a block that waited for others to be gone before it could take its ticket.
+    A block that waited for others before it could take its ticket is such a case.
     """
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel.NextTicket"] = job["Channel.Lowest"] = 32_767

@@ -1,4 +1,4 @@
-"""What the tests of `rcx serve` share."""
+"""Fixtures of the tests of `rcx serve`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parent's side of a served controller whose process ends, or says what it should not."""
+"""The parent's side of a served controller whose process ends or prints invalid output."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Time:
         return self.now_us
 
     def sleep(self, wait_us: int) -> None:
-        """Let so much time pass, or more where it is to be late."""
+        """Let this time pass, or more if the process is to be late."""
         self.slept.append(wait_us)
         self.now_us += wait_us + self._late_us.get(len(self.slept), 0)
         if self.now_us >= self._end_us:

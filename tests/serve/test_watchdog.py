@@ -1,4 +1,4 @@
-"""Processes that stand still are told when it happens; all times are the test's."""
+"""Processes that hang are reported when it happens; all times are simulated."""
 
 from __future__ import annotations
 

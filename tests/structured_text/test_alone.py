@@ -1,4 +1,4 @@
-"""The toolkit where what stands above it cannot be imported."""
+"""The toolkit in a process that cannot import the packages above it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A PLC that does everything twice, on an image of bytes and on one of words: both must agree."""
+"""A PLC that does everything twice, on an image of bytes and of words; both must agree."""
 
 from __future__ import annotations
 

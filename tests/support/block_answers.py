@@ -1,4 +1,4 @@
-"""What the outputs of a command block mean: spec/blocks.toml, read anew for the tests."""
+"""The meaning of a command block's outputs, read from spec/blocks.toml again for the tests."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What the pins of a command block mean: spec/blocks.toml, read anew for the tests.
+"""The meaning of a command block's pins, read from spec/blocks.toml again for the tests.
 
-Nothing here is shared with the generator of the blocks, but the tables as they stand. A telegram
-is given as its fields, by name, before it is put into words.
+Only the tables are shared with the generator of the blocks. A telegram is given as its fields, by
+name, before it is put into words.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def _element(kind: str) -> str:
 
 
 class Reading:
-    """The request side of one block: what pins mean, which are legal, and which are not."""
+    """The request side of one block: the meaning of pins, and their legal and illegal values."""
 
     def __init__(self, block: Block) -> None:
         self.block = block

@@ -33,16 +33,16 @@ class BridgeBench:
 
     Args:
         scan: One scan of the PLC at a time in microseconds: what it does to its registers.
-        multiplier: Of the cyclic connection's time-out, coded.
+        multiplier: Coded multiplier of the cyclic connection's time-out.
 
     Attributes:
-        scan: What the PLC does, as given; may be set.
+        scan: The PLC's scan, as given; may be set.
         plc: The PLC's Modbus server.
         controller: The robot.
         adapter: The robot's end of the network.
         loop: The bridge.
-        news: Its changes of state.
-        last: What it did last.
+        news: The bridge's changes of state.
+        last: The bridge's last actions.
     """
 
     def __init__(

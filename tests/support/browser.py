@@ -1,4 +1,4 @@
-"""A real browser without a window, where one is installed."""
+"""A real browser without a window, if one is installed."""
 
 from __future__ import annotations
 

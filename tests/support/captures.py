@@ -78,7 +78,7 @@ def pcap(
     nano: bool = False,
     kept: int = 65535,
 ) -> Path:
-    """Write a pcap file, little endian; a packet longer than `kept` is cut."""
+    """Write a pcap file, little endian; a packet longer than `kept` bytes is cut."""
     magic = 0xA1B23C4D if nano else 0xA1B2C3D4
     parts = [struct.pack("<IHHiIII", magic, 2, 4, 0, 0, kept, link)]
     for t_us, data in packets:
@@ -140,7 +140,7 @@ class Story:
         group: The multicast group that the controller sends to, if it does.
 
     Attributes:
-        packets: What there is so far: microseconds, IP packet.
+        packets: The packets so far: microseconds, IP packet.
     """
 
     def __init__(

@@ -110,7 +110,7 @@ class ChapterCell:
     def steps(self, since_us: int) -> list[str]:
         """Return the changes of signals at the controller after a time: `SI01 ON`, `SO02 ON`.
 
-        Outputs that change in the same controller cycle stand in one entry, inputs likewise.
+        Outputs that change in the same controller cycle share an entry, and so do inputs.
         """
         before: tuple[int, int] | None = None
         found = []

@@ -1,4 +1,4 @@
-"""A PLC with many command blocks, of which one is called: the test is the robot controller."""
+"""A PLC with many command blocks, of which one is called; the test plays the controller."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class CommandBench(PlcBench):
     def send(self, pins: Mapping[str, Value]) -> list[int]:
         """Set pins, give a rising edge, and return the 16 words once the code is on the wire.
 
-        Another command has left its data behind.
+        The data of another command are in the words before.
         """
         self["Robot.Inner.Data"] = [0xFFFF] * 15
         self.set({**pins, "Execute": True})

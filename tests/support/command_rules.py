@@ -1,7 +1,8 @@
-"""A remote command behind an Execute pin, told a second time: one call of `scan` is one call.
+"""A second, independent model of a remote command behind an Execute pin.
 
-Written from the remote command guide, chapters 1 and 2, and the heads of the blocks, without
-timers; see head_rules for what goes out. Times are in milliseconds of PLC time.
+One call of `scan` is one call of the block. Written from the remote command guide, chapters 1 and
+2, and the heads of the blocks, without timers; see head_rules for the outputs. Times are in
+milliseconds of PLC time.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class RobotView:
         alarm: The first two words of the response.
         out: A code is on the wire since the last scan.
         running: It has been answered with a status.
-        channel: Whose turn it is.
+        channel: The turns of the command channel.
         asking: The block that asks for its command in this scan.
     """
 

@@ -1,6 +1,6 @@
-"""One block between FB_ReadArea and FB_WriteArea, put through its cases; the test is the robot.
+"""One block between FB_ReadArea and FB_WriteArea runs its cases; the test is the robot.
 
-Every scan is judged by rcx_harness.watch.contract.ContractMonitor and by contract_rules.Rules.
+Every scan is checked by rcx_harness.watch.contract.ContractMonitor and by contract_rules.Rules.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class ContractBench:
         connected: The status of the PLC's scanner.
         safe: The pins EmergencyStopOk and StopOk.
         player: The controller.
-        scans: How many scans have been judged.
+        scans: Number of scans that have been checked.
     """
 
     def __init__(self, block: str, lib: Sequence[Path] = LIBRARY) -> None:

@@ -17,7 +17,7 @@ Shape = Callable[[int, int], bool]
 
 
 class Pattern(NamedTuple):
-    """What Execute or Enable does."""
+    """The course of Execute or Enable."""
 
     name: str
     on: Shape
@@ -47,7 +47,7 @@ def _dropped(at: int) -> Pattern:
 
 
 class Event(NamedTuple):
-    """What happens to the cell; it lasts until the block has ended, or for some scans."""
+    """An event in the cell; it lasts until the block has ended, or for some scans."""
 
     name: str
     set: Callable[[ContractBench, bool], None]
@@ -109,13 +109,13 @@ class Case(NamedTuple):
     """One run of one block.
 
     Attributes:
-        pattern: What Execute does.
-        fate: What becomes of a remote command.
+        pattern: The course of Execute.
+        fate: The course of a remote command.
         signal: The answering output that `shown` is about; empty for none.
         shown: How this output is shown.
         delay: Scans by which the controller answers later than at once.
-        event: What happens besides.
-        at: In which scan, counted from the rising edge of Execute.
+        event: An additional event in the cell.
+        at: Scan of the event, counted from the rising edge of Execute.
     """
 
     pattern: Pattern

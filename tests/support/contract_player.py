@@ -1,4 +1,4 @@
-"""A robot controller of a few lines, for runs in their thousands: it answers as it is told to."""
+"""A small robot controller for thousands of runs: it answers as each case demands."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _ENDLESS = 1 << 30
 
 
 class Fate(NamedTuple):
-    """What becomes of a remote command.
+    """The course of a remote command.
 
     Attributes:
-        name: For people.
+        name: Name of the case for messages.
         silent: Scans with the status 0x0000 after the code has come.
         running: Scans with 0x0100 after these.
         end: The end status; 0x0000 for a command that is lost.
@@ -85,7 +85,7 @@ class Start(NamedTuple):
 
     Attributes:
         outputs: Dedicated outputs that are ON beyond CPU_OK, MP RDY and AUTO mode.
-        missing: Those of these three that are still OFF, and come by themselves.
+        missing: SO01, SO04 and SO10 as far as they are OFF at first and come ON by themselves.
     """
 
     outputs: tuple[str, ...] = ()
@@ -117,7 +117,7 @@ class Player:
 
         Args:
             start: State from which it begins.
-            fate: What becomes of commands.
+            fate: The course of commands.
             signal: The dedicated output that `shown` is about; empty for none.
             shown: How that output is shown, one of SIGNAL_FATES.
             delay: Scans by which all that the PLC writes arrives late.

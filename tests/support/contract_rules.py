@@ -1,4 +1,4 @@
-"""What must hold in every scan, told from the words on the wire and the pins of one block.
+"""Rules for every scan, about the words on the wire and the pins of one block.
 
 Written from the manual and the design, and independent of rcx_harness.watch.wire, which watches
 cells. The program is scanned every SCAN_US, with a Margin of 20 ms.
@@ -47,7 +47,7 @@ class Pins(NamedTuple):
 
 
 class Subject(NamedTuple):
-    """What is known of the block under test.
+    """The properties of the block under test.
 
     Attributes:
         codes: Remote commands that it may send; empty for a sequence.
@@ -73,7 +73,7 @@ def _word(area: bytes, at: int) -> int:
 
 
 class Rules:
-    """Judges one block scan by scan; `begin` starts anew."""
+    """The rules for one block; `begin` resets them, and `scan` checks a scan."""
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject

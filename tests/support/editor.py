@@ -22,7 +22,7 @@ class RefusedError(Exception):
 
 
 class _Mail:
-    """What the adapter writes, message by message."""
+    """The messages that the adapter writes."""
 
     def __init__(self) -> None:
         self.messages: Queue[dict[str, Any]] = Queue()
@@ -47,8 +47,8 @@ class Editor:
     """A client of `rcx debug`; the adapter runs in a thread of its own.
 
     Attributes:
-        output: What was said in the console.
-        exit_code: Of the adapter, once it has ended.
+        output: The output in the console.
+        exit_code: Exit code of the adapter, once it has ended.
     """
 
     def __init__(self, launch: Callable[[Mapping[str, Any]], Any] | None = None) -> None:
@@ -113,7 +113,7 @@ class Editor:
         """Launch a program, run to its first stop, and return the reason of the stop.
 
         Args:
-            breakpoints: By file: lines, or breakpoints as the protocol has them.
+            breakpoints: For each file, lines or breakpoints of the protocol.
             launch: Arguments of the launch; `_` at the end of a name is left out (`for_`).
         """
         self.request("initialize", adapterID="rcx", linesStartAt1=True)

@@ -1,4 +1,4 @@
-"""A peer of the EtherNet/IP adapter with every kind of bad manners, drawn from one seed."""
+"""A hostile peer of the EtherNet/IP adapter, whose attacks are drawn from one seed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _GENERAL_STATUS_AT = HEADER.size + 6 + 2 + 4 + 4 + 2
 
 @dataclass(frozen=True)
 class Target:
-    """Where the adapter listens, and what the attacker knows of it.
+    """The addresses at which the adapter listens, and what the attacker knows of it.
 
     Attributes:
         explicit: Host and port of explicit messages, TCP and UDP.
@@ -40,7 +40,7 @@ class Target:
 
 @dataclass
 class Report:
-    """What was done, and what came back."""
+    """The attacks and the answers to them."""
 
     seed: int
     attacks: Counter[str] = field(default_factory=Counter)
@@ -71,7 +71,7 @@ class _NotTakenError(Exception):
 
 
 class Attacker:
-    """One peer with every kind of bad manners."""
+    """One peer that makes every kind of attack."""
 
     def __init__(self, target: Target, draw: Random, report: Report) -> None:
         self._target, self._draw, self._report = target, draw, report

@@ -1,6 +1,6 @@
-"""EtherNet/IP frames as an attacker sends them: valid ones of every kind, and what is left of them.
+"""EtherNet/IP frames as an attacker sends them: valid frames of every kind, and damaged ones.
 
-Written with `struct` alone, so that a mistake in the harness's own encoders cannot hide in here.
+Written with `struct` alone, so that an error in the harness's own encoders cannot hide here.
 """
 
 from __future__ import annotations

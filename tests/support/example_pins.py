@@ -1,6 +1,6 @@
-"""The worked examples of the guide at the pins of the blocks: which block, and which pin is what.
+"""The block and the pins for each worked example of the guide.
 
-Written by hand beside tests/data/worked_examples.toml, whose head explains the keys.
+Written by hand next to tests/data/worked_examples.toml, whose head explains the keys.
 """
 
 from __future__ import annotations

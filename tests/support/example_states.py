@@ -1,4 +1,4 @@
-"""Controllers in the states of the worked examples, and what is found in them afterwards.
+"""Controllers in the states of the worked examples, and their data afterwards.
 
 The keys are those that the head of tests/data/worked_examples.toml explains. All of these robots
 have 1000 pulses to the millimetre, so 0.001 mm is one pulse.
@@ -34,7 +34,7 @@ def example_config(state: Mapping[str, Any], **knobs: Any) -> RobotConfig:
     """Return a configuration with all that a state has stored.
 
     Args:
-        state: Of an example.
+        state: State of an example.
         knobs: More fields of RobotConfig.
     """
     given: dict[str, Any] = {key: state[key] for key in _SAME_NAME if key in state}

@@ -80,7 +80,7 @@ def multicast(one: ConnectionParameters, api_us: int = 10_000) -> ConnectionPara
 
 @dataclass
 class Device:
-    """An exchange, what it has sent (packet, address, code point) and which ends it has told."""
+    """An exchange, its packets (packet, address, code point), and the ends that it reported."""
 
     images: SharedImages
     role: Role = Role.TARGET

@@ -15,7 +15,7 @@ from structured_text.explore.search import World
 
 
 class Choice(NamedTuple):
-    """What may happen: the double, and so much more."""
+    """A choice: double the number and add so much."""
 
     number: int
 
@@ -28,10 +28,10 @@ class Numbers(World[Choice]):
     """From n to 2 n, 2 n + 1 and 2 n + 2, modulo a size; from 0 on it comes to all numbers.
 
     Attributes:
-        size: Of it.
+        size: Number of states.
         broken: Rules that are broken by the step to a number.
         refused: Numbers from which no step can be checked.
-        deaths: In this folder are files: the steps from 20 remove one and kill their process.
+        deaths: A folder of files. Each step from 20 removes a file and kills its process.
     """
 
     size: int

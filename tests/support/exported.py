@@ -1,4 +1,4 @@
-"""What is exported in tests, and what it must have in common with what is read back of it."""
+"""Exports for the tests, and the properties that must survive an export and an import."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def trace_of(example: Example, program: list[Path], folder: Path) -> list[str]:
     Args:
         example: Says what happens to the program.
         program: All its files; the library is not looked for.
-        folder: For an empty library.
+        folder: Folder in which an empty library is made.
     """
     empty = folder / "no-library"
     empty.mkdir()

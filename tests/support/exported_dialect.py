@@ -1,4 +1,4 @@
-"""What a folder of bodies and tables must have in common with the sources."""
+"""The properties that a folder of bodies and tables must share with the sources."""
 
 from __future__ import annotations
 
@@ -61,10 +61,10 @@ def differing(
 
     Args:
         sources: The library.
-        files: Of a tool without enumerations.
+        files: Files of a tool without enumerations.
         words: Types that the tool calls otherwise.
         renamed: Names that it refuses.
-        pins: What CLK is called, by instance.
+        pins: Name of CLK, by instance.
     """
     wrong, changed = [], _changes(sources, words, renamed, pins)
     for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):

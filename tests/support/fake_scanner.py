@@ -11,13 +11,13 @@ class FakeScanner(Scanner):
     """Does what its attributes say.
 
     Attributes:
-        ended: How its connection has ended.
-        failure: How its process has ended.
+        ended: Reason for the end of its connection.
+        failure: Reason for the end of its process.
         connected: Packets come.
         dropped: Why packets are dropped.
         refusal: The answer to an opening, if it is refused.
         done: The calls in their order.
-        written: What was written last and until when it is valid.
+        written: The image that was written last, and the time until which it is valid.
     """
 
     failure = ""

@@ -36,7 +36,7 @@ _BIT = {f"SO{byte}{bit}": (32 + byte, 1 << bit) for byte in (0, 1) for bit in ra
 
 
 class CaseFailure(AssertionError):  # noqa: N818 - a failed assertion, told with its case
-    """What a case has shown to be wrong."""
+    """A case whose result is wrong."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ class FaultCell:
         self._folder.cleanup()
 
     def restore(self, snapshot: object) -> None:
-        """Begin anew from `snapshot` of the cell."""
+        """Go back to `snapshot` of the cell."""
         self.cell.restore(snapshot)
         self._history.clear()
         self.quiet = False
@@ -286,7 +286,7 @@ class FaultCell:
             self._history.append((self._last.scan, seen))
 
     def until(self, condition: Callable[[], bool], most: int, what: str) -> None:
-        """Scan until `condition`, at most so many scans."""
+        """Scan until `condition` holds, for at most this number of scans."""
         for _ in range(most + 1):
             if condition():
                 return

@@ -1,4 +1,4 @@
-"""What can happen to a cell in the middle of a sequence, and how each cause goes again."""
+"""Faults of a cell in the middle of a sequence, and how each cause is removed."""
 
 from __future__ import annotations
 

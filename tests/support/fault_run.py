@@ -38,7 +38,7 @@ _MOST_SHAPED = 24
 
 
 class Pattern(NamedTuple):
-    """What Execute does: TRUE for `scans` scans, or TRUE in every other scan."""
+    """The course of Execute: TRUE for `scans` scans, or TRUE in every other scan."""
 
     name: str
     scans: int
@@ -60,7 +60,7 @@ def _dropped(scan: int) -> Pattern:
 
 
 class Answer(NamedTuple):
-    """What becomes of one of the controller's answers."""
+    """The course of one of the controller's answers."""
 
     fate: str = "normal"
     signal: str = ""

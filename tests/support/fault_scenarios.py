@@ -29,9 +29,9 @@ class Scenario:
     Attributes:
         prepare: Brings a cell without faults to the state from which the block starts.
         answers: Outputs of the controller that it waits for: `SO02`, or `Status`.
-        means: What the controller shows in the scan of Done (Valid): outputs by their state.
+        means: Outputs of the controller in the scan of Done (Valid), by their state.
         inputs: Input pins that are not at their default, and rows of tables.
-        waits: How many waits there are, each of them limited by Timeout.
+        waits: Number of waits, each of them limited by Timeout.
         robot: Properties of the robot that are not as usual.
         helpers: Blocks that `prepare` and the recovery need.
     """

@@ -1,4 +1,4 @@
-"""Recordings whose answers are wrong in one way: made of those of a right controller."""
+"""Recordings whose answers are wrong in one way, made from those of a right controller."""
 
 from __future__ import annotations
 

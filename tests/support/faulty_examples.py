@@ -1,6 +1,7 @@
-"""Programs of users, with what they need besides, and with faults of the kinds that are made there.
+"""Programs of users, with all that they need, and with typical faults.
 
-Each is found by a campaign; what a campaign finds in other cells must not depend on one of them.
+A campaign finds each of them; the findings of a campaign in other cells must not depend on one of
+them.
 """
 
 from __future__ import annotations
@@ -85,9 +86,9 @@ class Faulty:
     Attributes:
         name: The kind of fault.
         example: Its folder.
-        changes: What is replaced by what: the fault.
+        changes: The fault, as pairs of a text and its replacement.
         kind: The failure that shows it.
-        seed: A seed that does.
+        seed: A seed with which a campaign finds the fault.
     """
 
     name: str
@@ -149,7 +150,7 @@ def changed_example(folder: Path, example: str, changes: _Changes = ()) -> None:
     They are cycles written by hand, without FB_WorkCycle and FB_Interlock.
 
     Raises:
-        ValueError: something to be replaced does not stand there.
+        ValueError: a text to be replaced is missing.
     """
     source = ROOT / "tests/data/by_hand" / example
     left = [*(_PICKER if example == _04 else ()), *changes]

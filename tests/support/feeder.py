@@ -80,9 +80,9 @@ def feeder(folder: Path, *, runs_open: bool = False, latches: bool = False) -> P
     """Write program, demands and good run.
 
     Args:
-        folder: Where.
-        runs_open: A bug: it runs on when it is opened.
-        latches: A bug: a lost link is never forgotten.
+        folder: Folder of the program.
+        runs_open: Seed the bug that it continues to run when it is opened.
+        latches: Seed the bug that a loss of the link is never reset.
     """
     latch = "Lost := Lost OR (Running AND NOT Connected);" if latches else "Lost := FALSE;"
     text = _PROGRAM.format(or_open="" if runs_open else "OR NOT Closed", latch=latch)

@@ -1,7 +1,7 @@
-"""What may go out, told a second time: the rules of the wire in plain Python, without timers.
+"""A second, independent model of the rules of the wire in plain Python, without timers.
 
-Each class does in `scan` what the manual and the head of its block ask for in one scan. Times are
-in milliseconds of PLC time.
+Each class does in `scan` what the manual and the head of its block demand of one scan. Times are in
+milliseconds of PLC time.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _CONTINUOUS = (0x0505, 0x0506)
 
 @dataclass
 class Since:
-    """How long something has been so, seen once per scan."""
+    """The time for which a condition has held, evaluated once per scan."""
 
     start: int | None = None
 
@@ -43,7 +43,7 @@ class Since:
 
 @dataclass
 class Channel:
-    """Whose turn it is; see RCX_CHANNEL."""
+    """The turns of a channel; see RCX_CHANNEL."""
 
     next_ticket: int = 0
     serving: int = 0
@@ -161,14 +161,14 @@ class HandshakeRules:
         Args:
             now: Time of the scan.
             there: Link and CPU_OK.
-            status: As read in this scan.
+            status: Status as read in this scan.
             asked: The holder of the channel asks for its command.
             hold: No new command yet.
-            code: Of the command, with the robot number.
+            code: Command code, with the robot number.
             first: Its first data word.
             same: Its data words are those on the wire.
             channel: Its turn; passed on here.
-            interval: How long the controller may take to see a change.
+            interval: Longest time until the controller sees a change.
         """
         seen = self._up.look(now, there and not self._lost, interval)
         self._lost = False

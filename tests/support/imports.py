@@ -1,4 +1,4 @@
-"""What the sources say: who imports whom, also inside functions; which private names they reach."""
+"""The imports and private names in the sources, including imports inside functions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def shipped(repository: Path) -> dict[str, Path]:
 def imports(*packages: Path) -> Graph:
     """Return which modules of the packages each of their modules imports.
 
-    `import a.b` and `from a import b` are imports of `a.b`; where `b` is no module, of `a`.
+    `import a.b` and `from a import b` are imports of `a.b`; if `b` is not a module, of `a`.
     """
     known = {name: file for package in packages for name, file in modules(package).items()}
     graph = {}
@@ -70,7 +70,7 @@ def _named(file: Path, module: str) -> Iterator[str]:
 def room_graph(graph: Graph) -> Graph:
     """Return the imports between the modules and packages at the top of a package.
 
-    Its face and what starts it (`__init__`, `__main__`) are no rooms: they stand above all.
+    `__init__` and `__main__` of the package are not rooms: they are above all of them.
     """
     rooms: dict[str, set[str]] = {}
     for module, imported in graph.items():
@@ -107,7 +107,7 @@ def floors(graph: Graph) -> int:
 def private_names(text: str) -> set[str]:
     """Return private names that a module imports, or passes as text to `setattr` and the like.
 
-    Those behind a dot, as in `thing._name`, are found by ruff (SLF).
+    Names after a dot, as in `thing._name`, are reported by ruff (SLF).
     """
     found: set[str] = set()
     for node in ast.walk(ast.parse(text)):

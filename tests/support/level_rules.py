@@ -1,6 +1,7 @@
-"""FB_Jog and FB_ContinuousPosition, told a second time: one call of `scan` is one call.
+"""A second, independent model of FB_Jog and FB_ContinuousPosition.
 
-Written from the remote command guide, 4.2.6 and 4.7.4, and the heads of the blocks, without timers.
+One call of `scan` is one call of the block. Written from the remote command guide, 4.2.6 and 4.7.4,
+and the heads of the blocks, without timers.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ class LevelView(RobotView):
 
     Attributes:
         released: SI(06) is ON and settled.
-        stop_ok: Nothing keeps SI(06) OFF, as of the last scan.
+        stop_ok: SI(06) may be ON, according to the last scan.
         stopped: Emergency stop, by the controller or by the PLC.
         response: The words of the response.
-        stop_jog: A jog that is out is to stop.
+        stop_jog: A jog that was sent must stop.
     """
 
     released: bool = False

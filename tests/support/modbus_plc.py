@@ -26,7 +26,7 @@ class ModbusPlc:
     Attributes:
         port: Its TCP port; the same after `stop` and `start`.
         holds: Registers by number; those that are not there are 0.
-        refuses: A code to refuse every request with, or none.
+        refuses: The code with which every request is refused, or None.
         deaf: Requests get no answer.
         requests: Function code, first register and number of each request, in their order.
     """
@@ -60,7 +60,7 @@ class ModbusPlc:
             yield self.holds
 
     def wait_exchanges(self, number: int = 1) -> None:
-        """Wait until so many more exchanges (reading, then writing) have been made whole."""
+        """Wait until this many more exchanges (reading, then writing) are complete."""
         with self._exchanged:
             goal = self._exchanges + number
             done = self._exchanged.wait_for(lambda: self._exchanges >= goal, _LIMIT_S)

@@ -1,4 +1,4 @@
-"""What the tests of movements by remote command share."""
+"""Helpers for the tests of movements by remote command."""
 
 from __future__ import annotations
 

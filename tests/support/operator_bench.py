@@ -14,9 +14,9 @@ class OperatorBench(PlcBench):
     """FB_Operator with the servos on, in AUTO mode, manual at the panel, at rest.
 
     Args:
-        engine: As of PlcBench.
+        engine: As for PlcBench.
         up: False: right after the PLC's start.
-        contract: As of PlcBench; not where it is put back to an earlier state.
+        contract: As for PlcBench; False if the test goes back to an earlier state.
         panel: Members of the panel, set at the end.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""FB_PickPlace beside other blocks, with a robot, a hand and parts of which the truth is known.
+"""FB_PickPlace beside other blocks, with a simulated robot, hand and parts.
 
 The controller executes a command two scans after its code has come, and answers then.
 """
@@ -46,7 +46,7 @@ class PartBench:
             executed or executed), `late` (it ends when `fault` is no more); empty: as it should.
         powered: The controller is on; without power one output opens the hand.
         fingers: They move, and DI(43) shows that they have closed.
-        foreign: Another block switches the hand: where it opens is none of the block's business.
+        foreign: Another block switches the hand, so the place where it opens is not checked.
     """
 
     def __init__(self, engine: str = "builtin", *, outputs: int = 1, sensor: bool = False) -> None:

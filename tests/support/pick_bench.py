@@ -1,4 +1,4 @@
-"""FB_PickPlace with a robot of a few lines that ends each command at once, and tells them.
+"""FB_PickPlace with a small robot that ends each command at once, and lists the commands.
 
 The words are those of guide 4.2.1, 4.2.5, 4.2.17 and 4.5.1.
 """
@@ -88,7 +88,7 @@ class PickBench(PlcBench):
         return self.told[before:]
 
     def until(self, text: str) -> None:
-        """Wait until this command comes, with a start before it where nothing is under way."""
+        """Wait until this command comes; start the block first if it is idle."""
         if not self["Pick.Busy"]:
             self.start()
         self.scan_until(lambda: bool(self.told) and self.told[-1] == text, most=300)

@@ -34,7 +34,7 @@ class Member:
 
 @dataclass(frozen=True)
 class PinRow:
-    """What one pin is on the wire; where a pin has several, their conditions differ."""
+    """One row for a pin on the wire. The rows of a pin differ in their conditions."""
 
     pin: str
     default: str
@@ -84,7 +84,7 @@ class PinRow:
         return str(given[name]).upper() == wanted
 
     def write(self, words: list[int], value: Value) -> None:
-        """Put the pin's value where the section has it."""
+        """Write the pin's value to its place in the section."""
         if self.flag:
             self.flag.write(words, int(value != 0))
         if self.members and len(self.places) > 1 and self.places[0].width == 1:

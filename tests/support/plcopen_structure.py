@@ -1,4 +1,4 @@
-"""Where the schema of PLCopen TC6 XML 2.01 wants elements and attributes."""
+"""The order of elements and attributes in the schema of PLCopen TC6 XML 2.01."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def local(element: ET.Element) -> str:
 
 
 def check_structure(root: ET.Element) -> None:
-    """Check that elements and attributes are where the schema of TC6 2.01 wants them.
+    """Check that elements and attributes are in the places of the schema of TC6 2.01.
 
     It covers what a project in Structured Text consists of; ladder, function block diagrams and
     the like are refused.

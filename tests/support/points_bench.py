@@ -23,7 +23,7 @@ class PointsBench(PlcBench):
         stored: By code of the definition (robot number in bits 15 to 12) and number: words n+2, n+6
             to n+30 of it, the number left out.
         sent: The telegrams that came, 16 words each.
-        refuses: By number: the alarm in which its command ends.
+        refuses: Alarm of a command, by the number of its data.
     """
 
     def __init__(self, engine: str, program: Path = ROOT / "tests/data/library/Points.st") -> None:

@@ -1,4 +1,4 @@
-"""Category 5: telegrams to programs and tasks, and what the controller tells of them."""
+"""Category 5: telegrams to programs and tasks, and the controller's answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a command prints on a slow machine besides its messages."""
+"""The additional lines that a command prints on a slow machine."""
 
 from __future__ import annotations
 

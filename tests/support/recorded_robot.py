@@ -16,7 +16,7 @@ from robot_master import Master
 
 
 class RecordedMaster(Master):
-    """A master whose every cycle is noted; nothing changes but what it changes."""
+    """A master that records every cycle."""
 
     def __init__(self, seed: int = 0, **config: Any) -> None:
         super().__init__(seed, **config)

@@ -47,7 +47,7 @@ class Recorder:
         return rows
 
     def edges(self, count: int) -> None:
-        """Let SO(15), warning, change so many times, once a scan."""
+        """Let SO(15), warning, change this many times, once a scan."""
         for _ in range(count):
             self["Robot.SO.SO15_Warning"] = not self._alone["Robot.SO.SO15_Warning"]
             self.scan()

@@ -1,4 +1,4 @@
-"""One round trip: what a remote command leaves behind, and where it is found.
+"""One round trip: a remote command, and a later command that shows its effect.
 
 One controller serves all of them: a SCARA robot of four axes, of which 2 and 4 have the mark
 method, with 1000 pulses to the millimetre, an extended area and two programs.

@@ -60,8 +60,8 @@ class Pose:
         hand: Data 1 to 3 as on the wire.
         on_r: The hand is on the R axis.
         shift: X, Y, Z and R [0.001 mm, 0.001 degree].
-        pulses: Of axes 1 to 4.
-        away: How far their zeros are from those of the model [pulse].
+        pulses: Pulses of axes 1 to 4.
+        away: Distance of their zeros from those of the model [pulse].
     """
 
     model: str
@@ -105,7 +105,7 @@ class Worst:
     """The largest differences.
 
     Attributes:
-        poses: How many there were.
+        poses: Number of poses.
         place: Of the forward direction [mm].
         turn: Of its R [degree].
         pulses: Of the inverse direction from the model's, where the arm is not nearly straight.
@@ -182,7 +182,7 @@ def compare(some: Iterable[Pose], engine: str = "auto") -> Worst:
     """Return the largest differences of these poses.
 
     Args:
-        some: Poses; those of one robot with one hand should stand together.
+        some: Poses; poses of one robot with one hand should be together.
         engine: What runs the blocks.
     """
     with tempfile.TemporaryDirectory() as folder:

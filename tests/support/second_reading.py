@@ -103,7 +103,7 @@ class Legal:
 
 @dataclass(frozen=True)
 class Row:
-    """One row: equal places one after the other, and what they may hold."""
+    """One row: equal places one after the other, and their legal values."""
 
     places: tuple[Place, ...]
     what: str
@@ -177,7 +177,7 @@ class Reading:
     def mend(self, words: list[int], keep: int = 0) -> None:
         """Make a request legal by changing illegal values, but no bit of the mask `keep`.
 
-        What is kept may itself be illegal; then the request stays so.
+        The kept bits may be illegal; then the request stays illegal.
         """
         for _ in range(3):  # a changed value may be the condition of another row
             before = _number(words)

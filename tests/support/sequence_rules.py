@@ -1,7 +1,7 @@
-"""What the sequence blocks do, told a second time: one call of `scan` is one call of the block.
+"""A second, independent model of the sequence blocks.
 
-Written from the manual's chapter 5 and the heads of the blocks, without timers; see head_rules for
-what goes out.
+One call of `scan` is one call of the block. Written from the manual's chapter 5 and the heads of
+the blocks, without timers; see head_rules for the outputs.
 """
 
 from __future__ import annotations

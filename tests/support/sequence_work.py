@@ -1,4 +1,4 @@
-"""A piece of work behind an Execute pin, and what a block sees of the robot, told a second time.
+"""Work behind an Execute pin, and a block's view of the robot, modelled a second time.
 
 Without timers; see sequence_rules. Outputs of the controller are named `SO02`, its inputs `SI01`;
 times are in milliseconds of PLC time.
@@ -24,7 +24,7 @@ class View:
         held: SI(00), SI(06) are held OFF by a block; blocks change it.
         kept: In this scan the hold cannot be released.
         asked: Inputs requested in this scan.
-        turns: Of the sequences.
+        turns: The turns of the sequences.
     """
 
     now: int = 0
@@ -52,11 +52,11 @@ class View:
 
 @dataclass
 class Turns:
-    """First come, first served; who is not seen in a scan loses its turn, and its place.
+    """First come, first served. Work that is not called in a scan loses its turn and its place.
 
     Attributes:
         waiting: Tickets; the first one has the turn.
-        seen: Those whose work was seen alive in this scan.
+        seen: Tickets whose work was called in this scan.
     """
 
     waiting: list[object] = field(default_factory=list)

@@ -45,8 +45,8 @@ class ServeProcess:
     """A running `rcx serve`; ends with the `with` block at the latest.
 
     Args:
-        arguments: Of the command line.
-        environment: Of the process; None for that of this one.
+        arguments: Arguments of the command line.
+        environment: Environment of the process; None means that of this process.
     """
 
     def __init__(self, *arguments: str, environment: Mapping[str, str] | None = None) -> None:

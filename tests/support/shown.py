@@ -1,4 +1,4 @@
-"""How failures name what differs: pins and signals by their names, codes and words in 16#."""
+"""Texts for failures: pins and signals by their names, codes and words in 16#."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which names of the standard library only some systems have, and who uses them, from sources.
+"""Names of the standard library that only some systems have, and their uses in sources.
 
 Source: typeshed, the declarations that mypy brings.
 """

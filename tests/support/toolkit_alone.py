@@ -1,4 +1,4 @@
-"""An interpreter that has the toolkit, but nothing of what stands above it."""
+"""An interpreter that can import the toolkit, but not the packages above it."""
 
 from __future__ import annotations
 

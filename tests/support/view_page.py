@@ -1,4 +1,4 @@
-"""What is in a page of `rcx view`: its table and its changes, as the head of pack.py says."""
+"""The contents of a page of `rcx view`: its table and its changes, as the head of pack.py says."""
 
 from __future__ import annotations
 

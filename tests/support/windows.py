@@ -1,4 +1,4 @@
-"""The environment of a process that is one of Windows, as far as that can be had elsewhere."""
+"""The environment of a process that behaves as on Windows, as far as other systems allow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a failed test leaves: the timing chart of its end, the trace, the broken rules."""
+"""The output of a failed test: the timing chart of its end, the trace, the broken rules."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_failed_test_shows_the_chart_and_the_variables_of_its_end(run: Run) ->
 
 
 def test_a_failed_test_shows_what_was_watched(run: Run, pytester: pytest.Pytester) -> None:
-    """In its report, its chart and the chart's file: by ini file, option, marker or fixture."""
+    """Report, chart and chart file show variables given by ini file, option, marker or fixture."""
     test = """
         import pytest
         def go(cell):

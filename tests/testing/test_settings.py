@@ -1,4 +1,4 @@
-"""What a user's test gets as `cell`, by marker, command line and ini file."""
+"""The settings of `cell` in a user's test: by marker, command line and ini file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Damaged and forged traces: one message with the line, whatever they contain."""
+"""Damaged and forged traces: each gives one message with the line."""
 
 from __future__ import annotations
 

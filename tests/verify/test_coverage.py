@@ -1,4 +1,4 @@
-"""Coverage of ST: what is executed counts, and what is not executed is found."""
+"""Coverage of ST: executed statements count, and the others are listed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mutants: what is made of a source, and that a run tells killed from surviving."""
+"""The mutants: their generation from a source, and the result killed or surviving."""
 
 from __future__ import annotations
 

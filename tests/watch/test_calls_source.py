@@ -1,4 +1,4 @@
-"""How a program calls the blocks of a robot, as its source shows it: each misuse alone."""
+"""Calls of a robot's blocks, checked from the source: each kind of misuse alone."""
 
 from __future__ import annotations
 

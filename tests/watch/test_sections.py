@@ -1,4 +1,4 @@
-"""Every rule whose breach is reported has the section that it stands on."""
+"""Every rule that is reported as broken names its section."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is read of the files of PLC tools: their Structured Text, line by line.
+"""Reading the files of PLC tools: their Structured Text, line by line.
 
 The files in `data` have the constructs of projects that CODESYS, Beremiz, TwinCAT 3, Studio 5000
 and TIA Portal write, as public projects show them, in as few lines as possible.

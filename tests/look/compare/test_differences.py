@@ -1,4 +1,4 @@
-"""What counts as a difference between a recorded and a virtual controller."""
+"""Differences that count between a recorded and a virtual controller."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rcx compare --fit, tried on recordings of ourselves: what they are of is known."""
+"""`rcx compare --fit`, tried on recordings of virtual controllers with known properties."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Connections in a capture: found by their Forward Opens, followed by their identifiers."""
+"""Connections in a capture, recognised by Forward Opens and followed by their identifiers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HOST = bytes([192, 168, 0, 10])
 
 
 class Heard:
-    """What came of a capture."""
+    """The result of judging a capture."""
 
     def __init__(self, folder: Path, *stories: Story, **options: object) -> None:
         packets = sorted((one for story in stories for one in story.frames()), key=lambda p: p[0])

@@ -106,7 +106,7 @@ def _agreed(line: StationLine) -> Person:
 
 @pytest.mark.parametrize(("name", "key", "value"), CASES)
 def test_the_report_is_right_with_every_key_set_both_ways(name: str, key: str, value: Any) -> None:
-    """Confirmed where the controller is as assumed, refuted where it is not, with its own value."""
+    """Assumptions that hold are confirmed; the others are refuted, with the controller's value."""
     config = {**PREPARED.get(name, {}), key: value}
     outcome = rehearsed(name, prepare=_prepare, **config)
     assert not outcome.ended

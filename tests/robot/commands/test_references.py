@@ -1,4 +1,4 @@
-"""Category 6: what the controller tells of itself, and what other commands have set."""
+"""Category 6: data of the controller, and data that other commands have set."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ends a movement on its way, for every kind of movement.
+"""Events that end a movement on its way, for every kind of movement.
 
 Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2.
 """

@@ -1,4 +1,4 @@
-"""Two robots at one controller: each moves for itself, one remote command at a time.
+"""Two robots at one controller: each moves independently, one remote command at a time.
 
 Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2.
 """

@@ -154,7 +154,7 @@ def test_a_program_starts_and_stops_another_one(text: str, digits: int) -> None:
 
 
 def test_halt_ends_the_program_and_hold_stops_it() -> None:
-    """After HOLD the next start continues behind it; after HALT it begins anew.
+    """After HOLD the next start continues after it; after HALT it starts from the beginning.
 
     Rule: robot-language.
     """

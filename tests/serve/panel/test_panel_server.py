@@ -1,4 +1,4 @@
-"""The faceplates' web server: what it gives and takes, and that others are kept out."""
+"""The faceplates' web server: its pages and messages, and its protection against others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The search for cycles rests while trees are built, and goes on afterwards as it was."""
+"""Garbage collection pauses while trees are built, and continues afterwards as before."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An exploration whose steps are taken by workers: nothing of what comes out depends on them."""
+"""An exploration whose steps are done by workers; the result does not depend on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a cluster may be, and what is said where it cannot be used."""
+"""Addresses of a cluster, and the messages if it cannot be used."""
 
 from __future__ import annotations
 

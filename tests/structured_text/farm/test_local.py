@@ -133,7 +133,7 @@ def test_items_are_taken_as_there_is_room() -> None:
 
 
 class _Releasing(ResultFile[int, int]):
-    """Lets item 0 go on when so many others have ended."""
+    """A task that lets item 0 continue when this many others have ended."""
 
     def __init__(self, file: Path, fifo: Path, others: int) -> None:
         super().__init__(file, {})

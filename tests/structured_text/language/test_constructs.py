@@ -25,7 +25,7 @@ from structured_text.language.portability import lint
 
 
 class Row(NamedTuple):
-    """Variables, statements, values after one scan, what stands before, and the last line."""
+    """Variables, statements, values after one scan, the text before, and the last line."""
 
     construct: str
     variables: str

@@ -1,4 +1,4 @@
-"""Values as they stand in Structured Text; what a variable is made of."""
+"""Values as they are written in Structured Text, and the parts of a variable."""
 
 from __future__ import annotations
 

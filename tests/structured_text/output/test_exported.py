@@ -1,4 +1,4 @@
-"""Where files lie, and what of them an export has written."""
+"""Paths of files, and which of the files an export has written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A folder that stays as it is is looked into once; whatever changes in it is seen."""
+"""An unchanged folder is scanned once; every change in it is noticed."""
 
 from __future__ import annotations
 

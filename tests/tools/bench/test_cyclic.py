@@ -1,4 +1,4 @@
-"""The plan of the cyclic bench: which runs, in which order things are started."""
+"""The plan of the cyclic bench: its runs, and the order in which processes start."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `make bench` says of the blocks: bytes per instance."""
+"""The sizes in the report of `make bench`: bytes per instance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What docs/how-to/network.md says of the network is what the adapter does."""
+"""Check that the adapter agrees with docs/how-to/network.md."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def test_the_law_is_the_one_that_is_fitted_to_the_three_models() -> None:
 
 @pytest.mark.parametrize("name", HELD_OUT)
 def test_a_model_that_was_held_out_has_its_cycle_within_10_percent(name: str) -> None:
-    """Both as it is planned and as the virtual controller does it; so do the three others.
+    """This holds for the planned and the virtual controller's time; three others are as close.
 
     Source: the maker's data sheets
     """

@@ -1,4 +1,4 @@
-"""What the inputs of the written blocks are where a program leaves them out."""
+"""The values of inputs that a program leaves out, for the blocks written by hand."""
 
 from __future__ import annotations
 

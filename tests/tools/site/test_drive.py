@@ -1,4 +1,4 @@
-"""What the playground's worker calls, here in this Python: jobs in, pages and messages out."""
+"""The functions that the playground's worker calls, tested in this Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The order of the search: the index is ranked, and the search is told which items are internal."""
+"""The order of the search: the index is ranked, and internal items are marked."""
 
 from __future__ import annotations
 

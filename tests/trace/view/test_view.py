@@ -1,4 +1,4 @@
-"""What a page shows of a recording. Expected values: what the records say, by hand."""
+"""A page of a recording. Expected values are those of the records, by hand."""
 
 from __future__ import annotations
 

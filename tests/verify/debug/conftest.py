@@ -1,4 +1,4 @@
-"""What the tests of the debugger share."""
+"""Fixtures of the tests of the debugger."""
 
 from __future__ import annotations
 

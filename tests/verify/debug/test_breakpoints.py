@@ -1,4 +1,4 @@
-"""Where it stops: lines, conditions, counts, messages, blocks, changes, faults, broken rules."""
+"""Stops: lines, conditions, counts, messages, blocks, changes, faults, broken rules."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a failed test leaves: opened at its end, with its past behind it."""
+"""The recording of a failed test: it opens at its end, and can be run backwards."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is shown and set: scopes, expressions, areas, telegrams, completions."""
+"""Values shown and set: scopes, expressions, areas, telegrams, completions."""
 
 from __future__ import annotations
 

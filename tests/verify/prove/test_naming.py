@@ -1,4 +1,4 @@
-"""What the solver speaks of, in the words of the program."""
+"""The solver's results in the words of the program."""
 
 from __future__ import annotations
 

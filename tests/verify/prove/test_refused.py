@@ -1,4 +1,4 @@
-"""What has no terms is refused by its name; nothing is approximated."""
+"""A construct without terms is refused by its name; nothing is approximated."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What the terms of a small program give is what the built-in engine gives, in every variable.
+"""The terms of a small program give the results of the built-in engine, in every variable.
 
-The expected values are the engine's, which stands against matiec in
+The expected values are the engine's, which is compared with matiec in
 tests/structured_text/engines/agreement.
 """
 

@@ -32,8 +32,8 @@ class Probe:
     Attributes:
         name: Name of its trace.
         files: Its ST files.
-        scans: How many scans.
-        scan_us: From one scan to the next, microseconds.
+        scans: Number of scans.
+        scan_us: Time from scan to scan, microseconds.
         writes: Values by path, by the number of the scan before which they are written.
     """
 

@@ -14,7 +14,7 @@ from structured_text.errors import InputError
 
 
 def main() -> int:
-    """Write tests/data/traces; 2 where a probe cannot be compiled or matiec is missing."""
+    """Write tests/data/traces; return 2 if matiec is missing or a probe does not compile."""
     for probe in language_probes():
         try:
             program = build(probe.files, "matiec").program

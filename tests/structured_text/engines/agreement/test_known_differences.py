@@ -1,4 +1,4 @@
-"""Where matiec departs from the standard: the built-in engine keeps to the standard.
+"""Differences of matiec from the standard; the built-in engine follows the standard.
 
 The library and the probes stay away from these spots; a program that meets one of them behaves
 differently on the two engines.
@@ -53,6 +53,6 @@ def test_a_duration_is_what_its_literal_says(literal: str, tmp_path: Path) -> No
 
 
 def test_a_string_literal_may_hold_a_line_feed(tmp_path: Path) -> None:
-    """Matiec copies it into the C text unchanged, which C compilers refuse."""
+    """The line feed goes into matiec's C text unchanged, which C compilers refuse."""
     seen = _values(tmp_path, "Text : STRING := 'a$Lb';", "Text := CONCAT(Text, '$N');")
     assert seen["Text"] == "a\nb\n"

@@ -73,7 +73,7 @@ def test_a_failure_of_iec2c_is_reported_at_the_users_line(
 
 
 def test_a_refusal_of_matiec_has_its_line(compiled: Compile, tmp_path: Path) -> None:
-    """iec2c takes no initial value for a STRING behind another field of a structure."""
+    """iec2c refuses an initial value of a STRING after another field of a structure."""
     kind = "TYPE TAGGED : STRUCT X : REAL; Tag : STRING; END_STRUCT; END_TYPE\n"
     program = "PROGRAM PROBE\n  VAR\n    P : TAGGED := (Tag := 'a');\n  END_VAR\n  P.Tag := 'b';\n"
     with pytest.raises(InputError) as caught:

@@ -1,4 +1,4 @@
-"""What matiec makes of the library, under AddressSanitizer and UBSan."""
+"""The library's C code from matiec, under AddressSanitizer and UBSan."""
 
 from __future__ import annotations
 

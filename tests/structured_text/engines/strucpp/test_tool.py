@@ -1,4 +1,4 @@
-"""How STruC++ is found and how its messages are reported; with stand-ins for it."""
+"""The search for STruC++ and its messages, tested with stand-ins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which operator binds which operands."""
+"""The precedence of operators."""
 
 from __future__ import annotations
 

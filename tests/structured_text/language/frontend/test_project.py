@@ -1,4 +1,4 @@
-"""What a project knows: instances, tasks, order, types."""
+"""The data of a project: instances, tasks, order, types."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What the front end refuses, each with the line that is named.
+"""Errors of the front end, each with its line.
 
-Every case is one mistake in a program that is right otherwise.
+Every case is one error in a program that is otherwise right.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The functions whose loops are summed up, proved."""
+"""Proofs of functions whose loops are replaced by their sums."""
 
 from __future__ import annotations
 

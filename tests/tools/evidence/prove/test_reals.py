@@ -1,4 +1,4 @@
-"""What the proofs take of a sine, and of the sign of a root's argument."""
+"""Assumptions of the proofs about a sine, and about the sign of a root's argument."""
 
 from __future__ import annotations
 

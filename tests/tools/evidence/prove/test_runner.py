@@ -1,4 +1,4 @@
-"""`make prove`: what is asked again, what is written, and what is said of bad input."""
+"""`make prove`: repeated goals, written files, and messages for bad input."""
 
 from __future__ import annotations
 
