@@ -72,7 +72,8 @@ def test_a_network_whose_adapter_dies_ends_the_run_with_1_and_one_line(
 
     going_on = Cell.run
     monkeypatch.setattr(Cell, "run", dying)
-    monkeypatch.setattr("rcx_harness.enip.links.Adapter", Recorded)
+    for user in ("enip.links", "cell.live"):
+        monkeypatch.setattr(f"rcx_harness.{user}.Adapter", Recorded)
     assert run("--link", "enip", "--for", "60s", *options) == 1
     told = "the process of the EtherNet/IP adapter has ended by itself (killed by SIGKILL)"
     assert without_progress(capsys.readouterr().err) == f"rcx: {told}\n"

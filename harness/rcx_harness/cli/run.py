@@ -35,7 +35,7 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
-from rcx_harness.cli.stopped_programs import busy_programs, program_errors, stopped_programs
+from rcx_harness.cli.stopped_programs import busy_programs, program_errors, stopped_program_count
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
 from rcx_harness.trace.bare import heard
@@ -290,7 +290,7 @@ def run(options: RunOptions) -> None:
 
 def _stopped_programs(outcome: _Outcome) -> int:
     """Return how often an error has stopped a robot program."""
-    return stopped_programs(outcome.cell) if isinstance(outcome.cell, Cell) else 0
+    return stopped_program_count(outcome.cell) if isinstance(outcome.cell, Cell) else 0
 
 
 def _collector(options: RunOptions) -> Collector | None:

@@ -8,14 +8,14 @@ from rcx_harness.cell import Cell
 from rcx_harness.spec.tables import public_alarms
 from structured_text.output.units import format_us
 
-__all__ = ["busy_programs", "program_errors", "stopped_programs"]
+__all__ = ["busy_programs", "program_errors", "stopped_program_count"]
 
 _MOST = 5
 #: Full cycles from which on a program is named; a long calculation may fill some.
 _FULL_CYCLES = 20
 
 
-def stopped_programs(cell: Cell) -> int:
+def stopped_program_count(cell: Cell) -> int:
     """Return how often an error has stopped a robot program.
 
     A stop input, an emergency stop or an alarm of the controller is not an error of a program: a

@@ -18,7 +18,7 @@ from rcx_tools.docs.robot_language import robot_language_page
 )
 def test_the_program_of_a_page_has_no_error(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
-    (program,) = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
+    program, *_ = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
     read, errors = read_program(program)
     assert errors == []
     assert read is not None
