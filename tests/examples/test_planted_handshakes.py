@@ -50,7 +50,7 @@ def _replayed(said: str, capsys: Captured) -> str:
     return capsys.readouterr().out
 
 
-@pytest.mark.exhaustive(but=["deadlock"])
+@pytest.mark.exhaustive
 @_both
 def test_explore_finds_a_planted_fault_and_rcx_run_shows_it(
     name: str, there: Path, capsys: Captured
@@ -65,6 +65,7 @@ def test_explore_finds_a_planted_fault_and_rcx_run_shows_it(
     assert f"property: {_TOLD[name]}" in _replayed(said, capsys)
 
 
+@pytest.mark.exhaustive
 def test_the_repaired_cell_is_explored_to_its_end(there: Path, capsys: Captured) -> None:
     """Cancel at any time: no deadlock and no race in any state."""
     assert _explored(planted(there, home=HANDSHAKES)) == 0
@@ -143,6 +144,7 @@ def test_a_campaign_and_a_sweep_of_the_repaired_cell_find_nothing(
     assert _campaign(cell, *words, command="sweep") == 0, capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 def test_a_sweep_injects_in_the_middle_of_the_robot_program(there: Path) -> None:
     """From 2140 to 2250 ms the robot moves, in line 9: Cancel leads to the deadlock then."""
     (there / "good").mkdir()

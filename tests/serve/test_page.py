@@ -51,13 +51,28 @@ class Page:
         self.browser = browser
 
     def until(self, condition: Callable[[], object], what: str) -> None:
-        """Wait until it is so."""
+        """Wait until the condition is true."""
         wait = WebDriverWait(self.browser, _LIMIT_S, poll_frequency=0.05)
         wait.until(lambda _: condition(), what)
 
     def find(self, selector: str) -> WebElement:
         """Return the first element that matches the selector."""
         return self.browser.find_element(By.CSS_SELECTOR, selector)
+
+    def press(self, selector: str) -> None:
+        """Click the element when it has stopped moving.
+
+        A line that appears above the element moves it. A click at its earlier place would be lost.
+        """
+        element = self.find(selector)
+        places = [element.rect]
+
+        def rests() -> bool:
+            places.append(element.rect)
+            return places[-1] == places[-2]
+
+        self.until(rests, f"{selector} moves all the time")
+        element.click()
 
     def text(self, selector: str) -> str:
         """Return the text of the element, read in one call because the page may rebuild it."""
@@ -124,7 +139,7 @@ def scanner(page: Page, addresses: list[str]) -> Iterator[Scanner]:
     with Scanner(addresses[0], rpi_us=10_000, multiplier=_MULTIPLIER, io_port=0) as scanner:
         scanner.write(_STOPS_RELEASED)
         scanner.open()
-        page.find("nav button:first-child").click()
+        page.press("nav button:first-child")
         page.until(lambda: page.lamp("SO(00)") == "○", "the emergency stop is not released")
         yield scanner
 
@@ -133,9 +148,9 @@ def test_the_emergency_stop_button_stops_and_is_seen_everywhere(
     page: Page, scanner: Scanner
 ) -> None:
     assert "connected: 127." in page.text("#connection")
-    page.find('[data-seconds="60"]').click()  # a slow machine draws it late
+    page.press('[data-seconds="60"]')  # a slow machine draws it late
     page.until(lambda: page.wave("SO(00)"), "there is no chart")
-    page.find("#stop").click()
+    page.press("#stop")
     page.until(lambda: page.lamp("SO(00)") == "●", "SO(00) is not shown")
     page.until(lambda: page.pressed("#stop"), "the button does not show that it is pressed")
     page.until(lambda: "12.600" in page.text("#alarms"), "the alarm is not shown")
@@ -143,7 +158,7 @@ def test_the_emergency_stop_button_stops_and_is_seen_everywhere(
     page.until(lambda: _rises(page.wave("SO(00)")), "the chart does not show the rise of SO(00)")
     page.until(lambda: scanner.read().image[32] & 1, "the master does not see SO(00)")
 
-    page.find("#stop").click()
+    page.press("#stop")
     page.until(lambda: page.lamp("SO(00)") == "○", "the emergency stop is not released")
     page.until(lambda: not page.pressed("#stop"), "the button stays pressed")
     assert "12.600" in page.text("#alarms")
@@ -152,39 +167,39 @@ def test_the_emergency_stop_button_stops_and_is_seen_everywhere(
 def test_a_cut_cable_is_a_time_out_and_a_restored_one_is_no_connection_yet(
     page: Page, scanner: Scanner
 ) -> None:
-    page.find('[data-event="link_down"]').click()
+    page.press('[data-event="link_down"]')
     page.until(lambda: "timed out" in page.text("#connection"), "there is no time-out")
     assert "the network cable is unplugged" in page.text("#connection")
     page.until(lambda: "red, flashing" in page.text("#leds"), "the LED is not red")
     page.until(lambda: "12.552" in page.text("#alarms"), "the alarm is not shown")
-    page.find('[data-event="link_up"]').click()
+    page.press('[data-event="link_up"]')
     page.until(lambda: page.pressed('[data-event="link_up"]'), "the cable is not plugged in")
     scanner.open()
     page.until(lambda: "connected: 127." in page.text("#connection"), "it does not recover")
 
 
 def test_after_power_off_and_on_a_master_can_connect_again(page: Page, scanner: Scanner) -> None:
-    page.find('[data-event="power_off"]').click()
+    page.press('[data-event="power_off"]')
     page.until(lambda: "the controller is off" in page.text("#connection"), "it is not off")
     page.until(lambda: not scanner.read().connected, "the master has not lost it")
-    page.find('[data-event="power_on"]').click()
+    page.press('[data-event="power_on"]')
     page.until(lambda: "online, but not connected" in page.text("#leds"), "it does not start")
     scanner.open()
     page.until(lambda: "connected: 127." in page.text("#connection"), "there is no connection")
 
 
 def test_mode_authority_alarm_and_power_have_their_buttons(page: Page, scanner: Scanner) -> None:
-    page.find('[data-event="manual_mode"]').click()
+    page.press('[data-event="manual_mode"]')
     page.until(lambda: page.lamp("SO(10)") == "○", "SO(10) stays ON in MANUAL mode")
-    page.find('[data-event="auto_mode"]').click()
+    page.press('[data-event="auto_mode"]')
     page.until(lambda: page.lamp("SO(10)") == "●", "SO(10) does not come back")
-    page.find('[data-event="pendant_on"]').click()
+    page.press('[data-event="pendant_on"]')
     page.until(lambda: page.pressed('[data-event="pendant_on"]'), "no authority of the pendant")
-    page.find('[data-event="pendant_off"]').click()
+    page.press('[data-event="pendant_off"]')
     page.until(lambda: page.pressed('[data-event="pendant_off"]'), "no authority of the master")
-    page.find("#alarm button").click()
+    page.press("#alarm button")
     page.until(lambda: "99.999" in page.text("#alarms"), "the alarm is not raised")
-    page.find('[data-event="power_cycle"]').click()
+    page.press('[data-event="power_cycle"]')
     page.until(lambda: "99.999" not in page.text("#alarms"), "the power was not cycled")
     page.until(lambda: "online, but not connected" in page.text("#leds"), "it does not start")
     page.until(lambda: not scanner.read().connected, "the master has not lost it")
@@ -194,18 +209,18 @@ def test_warning_main_power_safety_and_the_stop_of_the_parallel_io_have_their_bu
     page: Page, scanner: Scanner
 ) -> None:
     """SO(15) is the warning, SO(04) MP RDY goes with the main power (manual chapter 5, 2)."""
-    page.find('[data-event="warning"]').click()
+    page.press('[data-event="warning"]')
     page.until(lambda: page.lamp("SO(15)") == "●", "SO(15) does not come ON")
-    page.find('[data-event="warning_clear"]').click()
+    page.press('[data-event="warning_clear"]')
     page.until(lambda: page.lamp("SO(15)") == "○", "SO(15) stays ON")
-    page.find('[data-event="main_power_off"]').click()
+    page.press('[data-event="main_power_off"]')
     page.until(lambda: page.lamp("SO(04)") == "○", "SO(04) stays ON without main power")
-    page.find('[data-event="main_power_on"]').click()
+    page.press('[data-event="main_power_on"]')
     page.until(lambda: page.lamp("SO(04)") == "●", "SO(04) does not come back")
     for event, back in (("safety_on", "safety_off"), ("parallel_stop", "parallel_stop_release")):
-        page.find(f'[data-event="{event}"]').click()
+        page.press(f'[data-event="{event}"]')
         page.until(lambda: page.pressed(f'[data-event="{event}"]'), f"no {event}")  # noqa: B023
-        page.find(f'[data-event="{back}"]').click()
+        page.press(f'[data-event="{back}"]')
         page.until(lambda: page.pressed(f'[data-event="{back}"]'), f"no {back}")  # noqa: B023
 
 
@@ -213,15 +228,15 @@ def test_outputs_inputs_and_workpieces_have_their_forms(page: Page, scanner: Sca
     name = page.find("#output-name")
     name.clear()
     name.send_keys("SO(20)")
-    page.find('#output [value="1"]').click()
+    page.press('#output [value="1"]')
     page.until(lambda: scanner.read().image[34] & 1, "the master does not see SO(20)")
     page.until(lambda: "SO(20)" in page.text("#held"), "what is held is not shown")
-    page.find("#held button").click()
+    page.press("#held button")
     page.until(lambda: not scanner.read().image[34] & 1, "SO(20) is not released")
-    page.find('#parallel [value="1"]').click()
-    page.find('#workpiece [value="place"]').click()
+    page.press('#parallel [value="1"]')
+    page.press('#workpiece [value="place"]')
     page.until(lambda: "axis 3: 90000 pulses" in page.text("#workpieces"), "no workpiece")
-    page.find("#workpieces button").click()
+    page.press("#workpieces button")
     page.until(lambda: not page.text("#workpieces"), "the workpiece stays")
     name.clear()
     name.send_keys("SI(01)", Keys.ENTER)
@@ -240,14 +255,14 @@ def test_actions_are_recorded_and_become_a_stimulus(
         return str(page.browser.execute_async_script(script, selector))
 
     assert page.find("#recording").get_attribute("href") is None
-    page.find("#begin").click()
-    page.find("#record").click()
+    page.press("#begin")
+    page.press("#record")
     page.until(lambda: page.text("#record") == "Stop", "it is not recorded")
-    page.find('[data-event="warning"]').click()
+    page.press('[data-event="warning"]')
     page.until(lambda: page.lamp("SO(15)") == "●", "no warning")
-    page.find('[data-event="warning_clear"]').click()
+    page.press('[data-event="warning_clear"]')
     page.until(lambda: page.lamp("SO(15)") == "○", "the warning stays")
-    page.find("#record").click()
+    page.press("#record")
     page.until(lambda: page.find("#recording").get_attribute("href"), "there is no recording")
     (tmp_path / "r.jsonl").write_text(got("#recording"), encoding="utf-8")
     (tmp_path / "s.toml").write_text(got("#stimulus"), encoding="utf-8")
@@ -261,14 +276,14 @@ def test_actions_are_recorded_and_become_a_stimulus(
 
 def test_the_robot_is_drawn_and_its_axes_are_shown_in_pulses_and_mm(page: Page) -> None:
     """The tool is at 150 mm in X; an SXYX has 819.2 pulses per mm."""
-    page.find("nav button:nth-child(2)").click()
+    page.press("nav button:nth-child(2)")
     drawn = "return document.querySelector('#robots .rv')?.ariaLabel"
     expected = "Robot 1, SXYX: X 150, Y 0, Z 0"
     page.until(lambda: page.browser.execute_script(drawn) == expected, "it is not drawn")
     row = page.text("#positions tbody tr").split("\t")
     assert row[:4] == ["Axis 1", "122880", "X [mm]", "150.000"]
     assert page.find("#positions .trend path").get_attribute("d")
-    page.find("nav button:first-child").click()
+    page.press("nav button:first-child")
     expected = "Robot 1: 1 0, 2 0, 3 0, 4 0"
     page.until(lambda: page.browser.execute_script(drawn) == expected, "the other one is drawn")
 
@@ -288,9 +303,9 @@ def test_the_listing_shows_the_line_that_is_executed_now(page: Page, scanner: Sc
     until("4WAIT SI(20)=0")
     scanner.write(_STOPS_RELEASED)
     until("2WAIT SI(20)=1")
-    page.find("nav button:nth-child(2)").click()
+    page.press("nav button:nth-child(2)")
     page.until(lambda: not page.find("#programs").is_displayed(), "another program is shown")
-    page.find("nav button:first-child").click()
+    page.press("nav button:first-child")
     until("2WAIT SI(20)=1")
 
 
@@ -310,7 +325,7 @@ def test_everything_can_be_reached_by_keyboard_and_has_a_name(page: Page) -> Non
     assert page.browser.execute_script(outline) == "solid"
     ActionChains(page.browser).send_keys(Keys.SPACE).perform()
     page.until(lambda: page.pressed('[data-event="manual_mode"]'), "the key does nothing")
-    page.find('[data-event="auto_mode"]').click()
+    page.press('[data-event="auto_mode"]')
     page.until(lambda: page.pressed('[data-event="auto_mode"]'), "AUTO does not come back")
     page.browser.execute_script("document.getElementById('chart').focus()")
     ActionChains(page.browser).send_keys(Keys.ARROW_LEFT, Keys.ENTER, Keys.ARROW_LEFT).perform()
@@ -337,10 +352,10 @@ def test_it_fits_narrow_and_wide_windows(page: Page, width: int, theme: str) -> 
 
 
 def test_each_controller_has_its_tab(page: Page, addresses: list[str]) -> None:
-    page.find("nav button:nth-child(2)").click()
+    page.press("nav button:nth-child(2)")
     page.until(lambda: "no master has connected yet" in page.text("#connection"), "no second tab")
     assert [page.text(f"nav button:nth-child({k})") for k in (1, 2)] == addresses
-    page.find("nav button:first-child").click()
+    page.press("nav button:first-child")
 
 
 def test_the_chart_can_be_paused_and_shows_the_seconds_that_are_chosen(page: Page) -> None:
@@ -350,19 +365,19 @@ def test_the_chart_can_be_paused_and_shows_the_seconds_that_are_chosen(page: Pag
         shown: dict[str, str] = page.browser.execute_script(script)
         return shown
 
-    page.find('[data-seconds="2"]').click()
+    page.press('[data-seconds="2"]')
     page.until(lambda: axis()["span"] == "2000000", "the window is not 2 s")
     before = axis()["start"]
     page.until(lambda: axis()["start"] != before, "the chart stands still")
-    page.find("#pause").click()
+    page.press("#pause")
     # A picture that was requested earlier may still come; after it, none does.
-    page.find('[data-seconds="5"]').click()
+    page.press('[data-seconds="5"]')
     page.until(lambda: axis()["span"] == "5000000", "another window is not drawn while paused")
     stood = axis()["start"]
     cycles = page.text("#figures")
     page.until(lambda: page.text("#figures") != cycles, "the figures stand still")
     assert axis()["start"] == stood
-    page.find("#pause").click()
+    page.press("#pause")
     page.until(lambda: axis()["start"] != stood, "the chart does not go on")
 
 
@@ -370,7 +385,7 @@ def test_a_wrong_alarm_number_is_refused_in_words(page: Page) -> None:
     field = page.find('[name="group"]')
     field.clear()
     field.send_keys("99999")
-    page.find("#alarm button").click()
+    page.press("#alarm button")
     page.until(lambda: page.text("#refused"), "nothing is said of the refusal")
     assert page.text("#refused") == "group = 99999 of event 'alarm' is not a number from 0 to 65535"
 
