@@ -41,14 +41,14 @@ demo: $(READY)
 	@$(BIN)/rcx demo
 
 test: $(READY)
-	@echo "make test takes about two and a half minutes on two quiet cores"
+	@echo "make test takes about five minutes on two quiet cores"
 	@$(BIN)/python -m pytest -n $(PROCESSES) --dist worksteal -q -m "not exhaustive" $(MORE)
 
 test-toolkit: $(READY)
 	@$(BIN)/python -m pytest -p no:rcx --toolkit-alone -n $(PROCESSES) -q tests/structured_text $(MORE)
 
 test-all: $(READY)
-	@echo "make test-all takes about a quarter of an hour on two cores"
+	@echo "make test-all takes about half an hour on two cores"
 	@$(BIN)/python -m pytest -n $(PROCESSES) --dist worksteal -q $(MORE)
 
 fuzz: $(READY)
