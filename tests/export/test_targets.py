@@ -96,7 +96,7 @@ def test_the_library_is_carried_whole(target: str) -> None:
 
 
 _BYTES = {
-    *("RCX_IMAGE", "FB_ReadArea", "FB_WriteArea", "FB_RealTimeValue"),
+    *("RCX_IMAGE", "FB_ReadArea", "FB_WriteArea", "FB_RealTimeValue", "FB_ProgramCall"),
     *(f"FB_{way}{what}" for way in ("Read", "Write") for what in ("Bit", "Port", "Word")),
     *("FB_ReadDoubleWord", "FB_WriteDoubleWord"),
 }
