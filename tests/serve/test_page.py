@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import pairwise
+from itertools import count, pairwise
 from pathlib import Path
 
 import pytest
@@ -297,8 +297,15 @@ def test_the_listing_shows_the_line_that_is_executed_now(page: Page, scanner: Sc
 
     until("")
     assert page.text("#programs .listing summary") == "ECHO\ntask 1, ready"
-    scanner.write(bytes(32) + b"\x41\x04" + bytes(14))
-    until("2WAIT SI(20)=1")
+    polls = count()
+
+    def started() -> bool:
+        """Return whether it runs; SI(12) changes every 0.5 s, because 100 ms are needed."""
+        on = b"\x04" if next(polls) // 10 % 2 == 0 else b"\x00"
+        scanner.write(bytes(32) + b"\x41" + on + bytes(14))
+        return bool(page.browser.execute_script(marked) == "2WAIT SI(20)=1")
+
+    page.until(started, "the program is not started")
     scanner.write(bytes(32) + b"\x41\x00\x01" + bytes(13))
     until("4WAIT SI(20)=0")
     scanner.write(_STOPS_RELEASED)
