@@ -182,7 +182,7 @@ def test_checks_before_the_run_change_nothing(cell: Cell, schedule: Schedule) ->
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[[at]]\ntime = 'soon'\n", ":1: not a duration: 'soon'"),
+        ("[[at]]\ntime = 'soon'\n", ":1: 'soon' is not a duration"),
         ("\n\n[[at]]\nset = {}\n", ":3: the entry has no time"),
         ("[[at]]\ntime = 5\n", ":1: time is not a text"),
         ("[[at]]\ntime = '1s'\nrobots = 'x'\n", ":1: unknown key 'robots'; did you mean robot"),
@@ -190,7 +190,10 @@ def test_checks_before_the_run_change_nothing(cell: Cell, schedule: Schedule) ->
         ("[[at]]\ntime = '1s'\nrobot = 5\n", ":1: robot is not an event"),
         ("[[at]]\ntime = '1s'\nset = 5\n", ":1: set is not a table"),
         ("[[at]]\ntime = '1s'\nhold = 5\n", ":1: hold is not a signal"),
-        ("[[at]]\ntime = '1s'\nforce = 'SO03'\n", ":1: force is not outputs with values"),
+        (
+            "[[at]]\ntime = '1s'\nforce = 'SO03'\n",
+            ":1: force must be a table of outputs and values",
+        ),
         ("[[at]]\ntime = '1s'\nforce = { SO03 = true }\n", ":1: force is not outputs with"),
         ("[[at]]\ntime = '1s'\nworkpieces = 5\n", ":1: workpieces are not a table"),
         ("[[at]]\ntime = '1s'\nworkpieces = { x = 5 }\n", ":1: workpieces has no axis x"),
@@ -199,14 +202,17 @@ def test_checks_before_the_run_change_nothing(cell: Cell, schedule: Schedule) ->
         ("[[at]]\ntime = '1s'\narea = 'rob'\n", ":1: area is 'rob', which is not hexadecimal"),
         ("[[at]]\ntime = '1s'\narea = 5\n", ":1: area is 5, which is not hexadecimal"),
         ("[[at]]\ntime = '1s'\narea = '00'\nconnected = 0\n", ":1: connected is not true or"),
-        ("[[at]]\ntime = '1s'\nconnected = true\n", ":1: connected goes with the bytes of an"),
-        ("[[at]]\ntime = '1s'\narea = 'robot'\nconnected = true\n", ":1: connected goes with"),
+        ("[[at]]\ntime = '1s'\nconnected = true\n", ":1: connected can be used only together with"),
+        (
+            "[[at]]\ntime = '1s'\narea = 'robot'\nconnected = true\n",
+            ":1: connected can be used only",
+        ),
         ("[[att]]\ntime = '1s'\n", "unknown key 'att'; did you mean at"),
         ("at = 5\n", "'at' is not a list of tables"),
         ("[[at]\n", "not valid TOML"),
         (
             "[[at]]\ntime = '0ms'\nset = { 'Main.Go' = true, 'MAIN.GO' = false }",
-            ":1: Main.Go is set twice, as MAIN.GO, too",
+            ":1: Main.Go is set twice, also as MAIN.GO",
         ),
         ("[[at]]\ntime = '0ms'\nworkpieces = { 3 = 1, 03 = 2 }", "workpieces has axis 3 twice"),
     ],

@@ -171,8 +171,8 @@ def test_an_expectation_that_fails_is_a_violation(cell: Cell, tmp_path: Path) ->
     ("entry", "message"),
     [
         ('set = { "Main.Speed" = 3 }, for = "1s"', "true or false, not Main.Speed"),
-        ('robot = "alarm", for = "1s"', "'alarm' does not last"),
-        ('for = "1s"', "'for' goes with"),
+        ('robot = "alarm", for = "1s"', "'alarm' cannot have a duration"),
+        ('for = "1s"', "'for' needs"),
         ('set = { "Main.Go" = true }, for = "0s"', "longer than 0"),
         ('robot = "plc_stop"', 'write plc = "stop"'),
         ('plc = "stopp"', "unknown event 'stopp'; did you mean stop"),

@@ -54,7 +54,7 @@ def test_a_telegram_is_shown_in_plain_words(capsys: Captured, words: str, shown:
     [
         (["encode", "MovePtpp"], "no remote command is called 'MovePtpp'"),
         (["encode", "MovePtp", "points=1"], "has no field 'points'"),
-        (["encode", "MovePtp", "point"], "not a field: 'point'; write name=value"),
+        (["encode", "MovePtp", "point"], "'point' is not a field; write name=value"),
         (["encode", "MovePtp", "point=many"], "point = 'many' is not a number"),
         (["encode", "MovePtp", "point=30000"], "point is 30000, not 0 to 29999"),
         (["encode", "MovePtp", "--robot", "5"], "cannot designate robot 5"),
@@ -90,7 +90,7 @@ def test_a_telegram_is_shown_in_plain_words(capsys: Captured, words: str, shown:
             "called '0xFFFF'; docs/reference/commands.md lists all names and codes\n",
         ),
         (["decode", "4095,7"], "no remote command is called '4095'; docs/reference/commands.md"),
-        (["decode", "0x10000"], "not a word: '0x10000'"),
+        (["decode", "0x10000"], "'0x10000' is not a word"),
         (["decode", *["0"] * 17], "17 words are given; a telegram has 1 to 16"),
     ],
 )

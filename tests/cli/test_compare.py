@@ -75,7 +75,7 @@ def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Cap
     assert old.read_text(encoding="utf-8") == text
 
     assert main(["compare", str(trace), "--fit", str(new)]) == 2
-    assert "is there already; name another file" in capsys.readouterr().err
+    assert "already exists; name another file" in capsys.readouterr().err
 
 
 def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: Captured) -> None:

@@ -113,12 +113,15 @@ def test_each_option_reaches_the_connection() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--connect", ""], "--connect '' is no address"),
-        (["--connect", "here:x"], "--connect 'here:x' is no address"),
-        (["--connect", "127.0.0.1:99999"], "is no address"),
+        (["--connect", ""], "--connect '' is not an address"),
+        (["--connect", "here:x"], "--connect 'here:x' is not an address"),
+        (["--connect", "127.0.0.1:99999"], "is not an address"),
         (["--connect", "127.0.0.1", "--robot", "r.toml"], "--robot is for a virtual controller"),
         (["--connect", "127.0.0.1", "--from", "here"], "--from 'here' is not an IPv4 address"),
-        (["--connect", "127.0.0.1", "--jitter", "2ms"], "in real time the jitter is what it is"),
+        (
+            ["--connect", "127.0.0.1", "--jitter", "2ms"],
+            "--jitter is for virtual time: in real time the operating system decides",
+        ),
         (
             ["--connect", "127.0.0.1", "--config-instance", "x"],
             "--config-instance x is not an instance",

@@ -245,7 +245,7 @@ def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) 
             ["plc", "--reasons", "none.toml", "--", "pytest"],
             "none.toml: cannot be read: No such file or directory",
         ),
-        (["plc", "--folder", "pytest.ini", "--", "pytest"], "pytest.ini: is no folder"),
+        (["plc", "--folder", "pytest.ini", "--", "pytest"], "pytest.ini: is not a folder"),
         (["none", "--", "pytest"], "none: no such file"),
         (["plc", "--", "no-such-command"], "no-such-command cannot be started"),
         (["plc", "--", "pytest", "--no-such-option"], "runs no tests"),

@@ -94,7 +94,8 @@ def test_an_option_for_a_robot_is_refused(
 ) -> None:
     assert main([command, motor, "--no-robot", option]) == 2
     name = option.partition("=")[0]
-    told = f"{name} is for a robot, and there is none; leave out {name}, or --no-robot"
+    told = f"{name} needs a robot, and the program runs without one; "
+    told += f"leave out {name}, or leave out --no-robot"
     assert told in capsys.readouterr().err
 
 
@@ -102,7 +103,7 @@ def test_an_option_for_a_robot_is_refused(
 def test_a_stimulus_for_a_robot_is_refused(motor: str, capsys: Captured, key: str) -> None:
     Path("r.toml").write_text(f'at = [\n  {{ time = "1s", {key} }},\n]\n')
     assert main(["run", motor, "--no-robot", "--stimulus", "r.toml"]) == 2
-    told = f"r.toml:2: {key.partition(' ')[0]!r} is for a robot, and there is none"
+    told = f"r.toml:2: {key.partition(' ')[0]!r} needs a robot, and the program runs without one"
     assert told in capsys.readouterr().err
 
 

@@ -326,7 +326,11 @@ def test_an_implausible_reply_opens_nothing_and_is_explained(
 @pytest.mark.parametrize(
     ("drops", "message"),
     [
-        ("", "connected, but no packet came within 10 s; does a firewall stop UDP port 2222"),
+        (
+            "",
+            "connected, but no packet came within 10 s; "
+            "check that no firewall blocks UDP port 2222",
+        ),
         (
             "of a wrong length (20 bytes instead of 50)",
             "connected, but none of the packets within 10 s can be used: they are of a wrong "

@@ -252,13 +252,13 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
         (["--revision", "1"], "'1' is not a revision; write it as 1.1"),
         (
             ["--rpi-min", "fast"],
-            "--rpi-min: not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s",
+            "--rpi-min: 'fast' is not a duration; write it as 10ms, 1.5s or 1m30s",
         ),
-        (["--rpi-min", "0ms"], "--rpi-min 0ms is not a packet interval; it can be 1ms to 3200ms"),
-        (["--rpi-min", "4s"], "--rpi-min 4s is not a packet interval; it can be 1ms to 3200ms"),
+        (["--rpi-min", "0ms"], "--rpi-min 0ms is not a packet interval; use 1ms to 3200ms"),
+        (["--rpi-min", "4s"], "--rpi-min 4s is not a packet interval; use 1ms to 3200ms"),
         (
             ["--first-packet", "9s"],
-            "the first packet cannot be waited for 9000 ms; it can be 10s to 610h",
+            "the first packet cannot be waited for 9000 ms; use 10s to 610h",
         ),
         (
             ["--port", "2222"],

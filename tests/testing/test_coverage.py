@@ -200,7 +200,7 @@ def test_pages_of_an_earlier_run_go_and_others_stay(run: Run) -> None:
             {},
             "rcx: *other.st: is not a folder; *",
         ),
-        (["--rcx-coverage", "--rcx-coverage-out=taken"], {}, "rcx: *index.html: is there already*"),
+        (["--rcx-coverage", "--rcx-coverage-out=taken"], {}, "rcx: *index.html: already exists*"),
         ([], {"coverige": "true"}, "rcx: *there is no setting rcx_coverige; *rcx_coverage*"),
     ],
 )

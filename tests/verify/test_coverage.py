@@ -197,7 +197,7 @@ def test_a_reason_may_stand_in_the_line_before(measured: Measure) -> None:
 
 def test_a_reason_at_a_line_that_is_reached_is_an_error(measured: Measure) -> None:
     block = _BLOCK.replace("Shown := 2;", "Shown := 2; (* unreachable: nobody comes here *)")
-    assert _open(measured(_EVERYTHING, block)) == ["18: called unreachable, but it is reached"]
+    assert _open(measured(_EVERYTHING, block)) == ["18: marked as unreachable, but it was executed"]
 
 
 def test_counts_of_another_version_do_not_count(measured: Measure, tmp_path: Path) -> None:

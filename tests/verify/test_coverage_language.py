@@ -439,8 +439,6 @@ def test_a_report_writes_over_its_own_files_only(result: FileResult, tmp_path: P
     write_report([result], folder, "cell", tmp_path)
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
     (folder / "P.html").write_text("mine")
-    with pytest.raises(
-        InputError, match=r"P\.html: is there already, and is not a coverage report"
-    ):
+    with pytest.raises(InputError, match=r"P\.html: already exists and is not a coverage report"):
         write_report([result], folder, "cell", tmp_path)
     assert (folder / "P.html").read_text() == "mine"

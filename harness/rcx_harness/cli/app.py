@@ -160,7 +160,7 @@ class Later(TyperCommand):
     def loaded(self) -> Any:
         """Return the command itself, and import its module on first use."""
         module, function = home_of(str(self.name))
-        gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
+        gc.disable()  # the imported objects stay: a collection would take a tenth of the start
         try:
             home = import_module(f"rcx_harness.cli.{module}")
         finally:
@@ -260,7 +260,7 @@ def main(args: Sequence[str] | None = None) -> int:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code
     except RecursionError:  # the commands that know the place say it themselves
-        text = "expressions, statements or types lie too deep inside each other; divide them"
+        text = "expressions, statements or types are nested too deeply; divide them"
         print(f"rcx: {text}", file=sys.stderr)
         return 2
     except OutputError:

@@ -69,14 +69,14 @@ def bridge(
         hint = "pip install pymodbus"
         raise InputError("rcx bridge needs the library pymodbus", hint=hint) from None
     if not 0 <= unit <= 0xFF:
-        raise InputError(f"--unit {unit} is not a unit identifier", hint="they are 0 to 255")
+        raise InputError(f"--unit {unit} is not a unit identifier", hint="use 0 to 255")
     if address:
         check_ipv4("--from", address)
     period_us, rpi_us = duration_us("--period", period), duration_us("--rpi", rpi)
     gap_us = duration_us("--timeout", timeout)
     for name, given, given_us in (("--period", period, period_us), ("--rpi", rpi, rpi_us)):
         if not _SHORTEST_US <= given_us <= _LONGEST_US:
-            raise InputError(f"{name} {given} cannot be served", hint="it can be 1ms to 1s")
+            raise InputError(f"{name} {given} cannot be served", hint="use 1ms to 1s")
     if gap_us < 2 * period_us:
         hint = "give a longer --timeout or a shorter --period"
         raise InputError(f"--timeout {timeout} is less than two periods of {period}", hint=hint)

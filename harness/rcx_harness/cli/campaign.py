@@ -91,7 +91,7 @@ def campaign(options: CampaignOptions) -> None:
     of = options.cells(options.stimulus)
     cells = of.make()
     cell = cells.cell(options.seed_from)
-    Course(cell, cells.demands)  # what is demanded is there
+    Course(cell, cells.demands)  # raises if a demanded variable is missing
     cell.close()
     if cells.notice:
         print(cells.notice)

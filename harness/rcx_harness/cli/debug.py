@@ -52,7 +52,7 @@ _OPTIONS = (
 )
 #: The variable that may hold the token of the port, and how long such a token is at least.
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
-#: A client of the port has launched with the token within this time, or makes room for others [s].
+#: A client must launch with the token within this time, else it is disconnected [s].
 _PATIENCE_S = 10.0
 #: Arguments that clients send for their own use.
 _OF_CLIENTS = (
@@ -149,7 +149,9 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
         named = arguments.get("token")
         if not isinstance(named, str) or not compare_digest(named.encode(), token.encode()):
             hint = 'write the one that rcx debug has printed, "token": "..."'
-            raise InputError("the launch does not name the token of this port", hint=hint)
+            raise InputError(
+                "the launch request does not contain the token of this port", hint=hint
+            )
         patience.cancel()
         return launched(arguments, given, alone=alone)
 
@@ -160,7 +162,7 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
         patience.cancel()
         end()
         client.close()
-        for stream in (reading, writing):  # as long as one is open, a client can go on sending
+        for stream in (reading, writing):  # while one of them is open, a client can send
             with suppress(OSError):
                 stream.close()
 
@@ -182,7 +184,7 @@ def _write_extension(folder: Path) -> None:
         if os.path.exists(path) and path.read_bytes() != data:
             hint = "name another folder, or remove it"
             raise InputError(
-                "is there already, and is another; nothing was written", file=path, hint=hint
+                "already exists with other contents; nothing was written", file=path, hint=hint
             )
     replace_files(contents)
     print("written: " + ", ".join(os.fspath(path) for path in contents))
@@ -203,7 +205,7 @@ def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = F
         try:
             os.chdir(_text("cwd", folder))
         except (OSError, ValueError):
-            raise InputError(f"cwd {folder!r} is no folder") from None
+            raise InputError(f"cwd {folder!r} is not a folder") from None
     recording = arguments.get("recording")
     if recording is None and "sources" not in arguments and "program" not in arguments:
         recording = given[0] if len(given) == 1 and is_recording(given[0]) else None
@@ -211,7 +213,7 @@ def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = F
         mixed = [key for key in arguments if key not in _OF_CLIENTS]
         if mixed:
             hint = "leave it out: a recording has its own options"
-            raise InputError(f"{mixed[0]} does not go with a recording", hint=hint)
+            raise InputError(f"{mixed[0]} cannot be combined with a recording", hint=hint)
         machine, notice, last = opened(Path(_text("recording", recording)))
         return Launched(machine, notice, last)
     return _of_cell(_options(arguments, given, alone=alone))
@@ -278,19 +280,19 @@ def _options(arguments: Mapping[str, Any], given: list[Path], *, alone: bool) ->
             raise _unknown(key, options)
         if option.is_flag:
             if not isinstance(value, bool):
-                raise InputError(f"{key} is neither true nor false")
+                raise InputError(f"{key} is not true or false")
             line += [option.opts[0]] * value
             continue
         for one in _several(value):
             if isinstance(one, bool) or not isinstance(one, (str, int, float, type(None))):
-                raise InputError(f"{key} is neither a text nor a number")
+                raise InputError(f"{key} is not a text or a number")
             if one is not None:
                 line.append(f"{option.opts[0]}={one}")
     try:
-        # Behind the dashes nothing is an option: what a client calls a source stays one.
+        # After `--` nothing is an option: all the sources of a client stay sources.
         command.main([*line, "--", *files], prog_name="launch", standalone_mode=False)
     except Exception as error:
-        told = getattr(error, "format_message", None)  # typer has click inside, or beside it
+        told = getattr(error, "format_message", None)  # typer contains click, or depends on it
         if told is None:
             raise
         raise InputError(told().rstrip(".")) from None
@@ -326,6 +328,6 @@ def _name(key: str) -> str:
 
 def _unknown(key: str, options: Mapping[str, Any]) -> InputError:
     if _name(key) in {one.name for one in fields(RunOptions)}:
-        return InputError(f"{key} goes with rcx run, not with rcx debug", hint="leave it out")
+        return InputError(f"{key} is an option of rcx run, not of rcx debug", hint="leave it out")
     near = did_you_mean(get_close_matches(_name(key), options, n=1))
     return InputError(f"launch has no option {key!r}", hint=near or f"use {', '.join(options)}")

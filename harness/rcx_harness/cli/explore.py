@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 #: Called with the number of expanded states and of known states.
 Report = Callable[[int, int], None]
 
-#: Between two lines of progress where there is no terminal [s].
+#: Time between two lines of progress if the output is not a terminal [s].
 _PATIENCE_S = 30.0
 
 
@@ -105,7 +105,7 @@ def explore(given: Options) -> None:
     """
     from structured_text.output.replays import check
 
-    for name in ("broken.toml", "broken.svg"):  # hours of work come before they are written
+    for name in ("broken.toml", "broken.svg"):  # check now: they are written after hours of work
         check(given.out / name)
     console = Console(stderr=True)
     farm = given.farm(console)
@@ -132,7 +132,7 @@ def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
 
     for name in ("stimulus", "begin"):
         if getattr(given, name) is not None:
-            raise InputError(f"--{name} goes with --robot", hint="name the robot file, too")
+            raise InputError(f"--{name} needs --robot", hint="name the robot file, too")
     settings = _settings(given)
     settings = type(settings)(**vars(settings) | {"report": report})
     found = explore_program(source_files(list(given.files), given.lib), settings, farm)
@@ -233,7 +233,7 @@ def _cell_settings(given: Options, report: Report) -> CellSettings:
 
     if given.always:
         hint = "write it as [[always]] in a file of --properties"
-        raise InputError("--always does not go with --robot", hint=hint)
+        raise InputError("--always cannot be combined with --robot", hint=hint)
     options: dict[str, Any] = {
         "robot": given.robot,
         "lib": given.lib,
@@ -274,7 +274,9 @@ def _faults(given: Options, known: Collection[str]) -> list[str]:
     faults = [] if given.faults == "none" else [one.strip() for one in given.faults.split(",")]
     for one in faults:
         if one not in known:
-            raise InputError(f"--faults {one}", hint=f"it can be {', '.join(known)}, or none")
+            raise InputError(
+                f"--faults {one}: no such fault", hint=f"use {', '.join(known)}, or none"
+            )
     return faults
 
 

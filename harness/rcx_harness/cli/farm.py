@@ -64,11 +64,11 @@ class FarmOptions:
             }
             for name, value in given.items():
                 if value is not None:
-                    raise InputError(f"{name} goes with --cluster", hint="name its scheduler, too")
+                    raise InputError(f"{name} needs --cluster", hint="name the scheduler, too")
             return Farm(self.workers, console=console)
         if self.workers is not None:
-            hint = "a cluster has as many workers as were started there"
-            raise InputError("--workers does not go with --cluster", hint=hint)
+            hint = "start the workers on the cluster (docs/how-to/cluster.md)"
+            raise InputError("--workers cannot be combined with --cluster", hint=hint)
         files = (self.cluster_ca, self.cluster_cert, self.cluster_key)
         cluster = Cluster(self.cluster, *files, plain=self.cluster_plain, fingerprint=fingerprint)
         return Farm(cluster=cluster, console=console)

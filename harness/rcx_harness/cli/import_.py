@@ -42,7 +42,7 @@ def import_(
     for file in named:
         if not is_project(file):
             raise InputError(
-                "is Structured Text already, or nothing that is read",
+                "is already Structured Text, or is not a project that can be read",
                 file=file,
                 hint="name a PLCopen .xml, a TwinCAT folder or .plcproj, an .L5X or an .scl",
             )
@@ -52,9 +52,9 @@ def import_(
     if there and not force:
         others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""
         raise InputError(
-            f"is there already{others}; nothing was written",
+            f"already exists{others}; nothing was written",
             file=there[0],
-            hint="name another folder, or write over them with --force",
+            hint="name another folder, or overwrite them with --force",
         )
     replace_files({out / name: text for name, text in texts.items()})
     for note in project.notes:

@@ -111,7 +111,7 @@ def _check_outputs(given: Options) -> None:
     if given.reasons != _REASONS or os.path.lexists(given.reasons):
         check_file(given.reasons)
     if os.path.exists(given.folder) and not os.path.isdir(given.folder):
-        raise InputError("is no folder", file=given.folder, hint="give another --folder")
+        raise InputError("is not a folder", file=given.folder, hint="give another --folder")
 
 
 def _print(found: Mapping[str, Any], show: int, rows: Path) -> None:
@@ -134,9 +134,9 @@ def _print(found: Mapping[str, Any], show: int, rows: Path) -> None:
     if len(unexplained) > show:
         print(f"... and {len(unexplained) - show} more survive: --show 0 shows all")
     for row in found["rows_without_a_survivor"]:
-        print(f"a test finds it now, its reason is no longer needed: {row}")
+        print(f"a test now finds it, so its reason can be deleted: {row}")
     for row in found["rows_without_a_mutant"]:
-        print(f"there is no such mutant, the reason is for nothing: {row}")
+        print(f"there is no such mutant, so its reason can be deleted: {row}")
     if unexplained:
         print(f"rows for those that no test can find: {rows}")
     print(_sum(found, len(unexplained)))

@@ -48,7 +48,7 @@ class Action(str, Enum):
     compare = "compare"
 
 
-#: The state that an interrupted command leaves behind.
+#: The state after an interrupted command.
 _LEFT = {
     Action.backup: "no file was written",
     Action.compare: "nothing was compared",
@@ -122,12 +122,12 @@ def points(
     if action is Action.backup:
         asked = _keys(kinds or KINDS, _range(numbers or "0-999"), _robots(robot or [1]))
         if write:
-            raise InputError("--write goes with restore only")
+            raise InputError("--write is for restore only")
     else:
         _check_options(action, csv, robot or (), numbers, write)
         read, passed_over = from_file(file)
         for text in passed_over:
-            print(legible(f"passed over: {text}"), file=sys.stderr)
+            print(legible(f"skipped: {text}"), file=sys.stderr)
         given = _only(read, kinds, file)
         if numbers:
             here = [kind for kind in ("points", "comments") if not kinds or kind in kinds]
@@ -191,20 +191,22 @@ def _check_options(
 ) -> None:
     """Raise InputError for options that need another action."""
     if csv or robot:
-        raise InputError(f"{'--csv' if csv else '--robot'} goes with backup only")
+        raise InputError(f"{'--csv' if csv else '--robot'} is for backup only")
     if action is Action.restore and numbers:
-        raise InputError("--numbers goes with backup and compare", hint="--kind goes with restore")
+        raise InputError("--numbers is for backup and compare only", hint="use --kind")
     if action is Action.restore and not write:
-        hint = "compare shows what differs; --write says that you want it"
+        hint = "look at the differences with compare, then add --write"
         raise InputError("restore changes what the controller stores", hint=hint)
     if action is Action.compare and write:
-        raise InputError("--write goes with restore only")
+        raise InputError("--write is for restore only")
 
 
 def _kinds(names: Sequence[str]) -> list[str]:
     for name in names:
         if name not in KINDS:
-            raise InputError(f"--kind {name!r:.40} is none", hint=f"give {', '.join(KINDS)}")
+            raise InputError(
+                f"--kind {name!r:.40} is not a kind of data", hint=f"use {', '.join(KINDS)}"
+            )
     return [kind for kind in KINDS if kind in names]
 
 
@@ -218,14 +220,14 @@ def _alarms(given: Sequence[str]) -> Sequence[str]:
 def _timeout_us(text: str) -> int:
     given_us = duration_us("--timeout", text)
     if given_us < _SHORTEST_US:
-        raise InputError(f"--timeout {text} is too short", hint="it can be 100ms to 365d")
+        raise InputError(f"--timeout {text} is too short", hint="use 100ms to 365d")
     return given_us
 
 
 def _robots(given: Sequence[int]) -> list[int]:
     for robot in given:
         if not 1 <= robot <= ROBOTS:
-            raise InputError(f"--robot {robot} is none", hint=f"they are 1 to {ROBOTS}")
+            raise InputError(f"--robot {robot} is not a robot", hint=f"use 1 to {ROBOTS}")
     return sorted(set(given))
 
 
@@ -252,7 +254,9 @@ def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
     """Return the stored data of the wanted kinds only."""
     asked = [key for key in stored.asked if not kinds or key[0] in kinds]
     if not asked:
-        raise InputError("has nothing of what is asked for", file=file, hint="see --kind")
+        raise InputError(
+            "contains none of the requested data", file=file, hint="use another --kind"
+        )
     return Stored({key: stored.values[key] for key in asked if key in stored.values}, asked)
 
 

@@ -78,7 +78,9 @@ def probe(
         _list(questions() if not only else asked)
         return
     if not host:
-        raise InputError("HOST is missing", hint="rcx probe 192.168.0.10, or rcx probe --list")
+        raise InputError(
+            "HOST is missing", hint="write rcx probe 192.168.0.10, or rcx probe --list"
+        )
     check_size(size)
     check_port("--port", port)
     if address:
@@ -88,11 +90,11 @@ def probe(
     files = [out.with_name(out.name + ending) for ending in _ENDINGS]
     another = "name another one with --out"
     if os.path.lexists(files[2]):
-        raise InputError("is there already", file=files[2], hint=another)
+        raise InputError("already exists", file=files[2], hint=another)
     interactive = not yes_reading
     if interactive and not sys.stdin.isatty():
-        hint = "--yes-reading asks what only reads"
-        raise InputError("there is nobody at a terminal to confirm each step", hint=hint)
+        hint = "use --yes-reading to ask only the questions that only read"
+        raise InputError("each step must be confirmed at a terminal, and there is none", hint=hint)
     with NewFiles(files[:2], another) as reports:
         print(_SAFETY, flush=True)
         if interactive and not _agreed('Type "yes" if all of this is so: ', "yes"):
@@ -110,9 +112,11 @@ def probe(
 
 def _chosen(risk: int, only: list[str], yes_reading: bool) -> list[Question]:
     if not 1 <= risk <= max(Risk):
-        raise InputError(f"--risk {risk} is none", hint="1 reading, 2 no motion, 3 motion")
+        raise InputError(
+            f"--risk {risk} is not a risk", hint="use 1 (reading), 2 (no motion), 3 (motion)"
+        )
     if yes_reading and risk > Risk.READING:
-        raise InputError("--yes-reading goes with --risk 1 only", hint="confirm the others")
+        raise InputError("--yes-reading is for --risk 1 only", hint="leave one of them out")
     known = {one.id: one for one in questions()}
     for name in only:
         if name not in known:
@@ -128,7 +132,9 @@ def _check_date(text: str) -> None:
         try:
             calendar.fromisoformat(text)
         except ValueError:
-            raise InputError(f"--date {text!r:.40} is none", hint="write 2030-12-31") from None
+            raise InputError(
+                f"--date {text!r:.40} is not a date", hint="write 2030-12-31"
+            ) from None
 
 
 def _list(asked: list[Question]) -> None:

@@ -22,7 +22,7 @@ __all__ = ["prove"]
 if TYPE_CHECKING:
     from structured_text.prove.user import Result
 
-#: Columns where it is no terminal that is printed to.
+#: Width of the output [columns] if it is not a terminal.
 _WIDE = 200
 #: Results that do not cause exit code 1.
 _GOOD = ("proved", "noted")

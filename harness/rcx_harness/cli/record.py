@@ -53,12 +53,12 @@ def record(
         check_ipv4("--host", one)
     seconds = 0 if duration is None else duration_us("--for", duration) / 1e6
     if os.path.lexists(file):
-        raise InputError("is there already", file=file, hint="name another file")
+        raise InputError("already exists", file=file, hint="name another file")
     if file.suffix.lower() != ".pcapng":
-        raise InputError("has to end with .pcapng", file=file)
+        raise InputError("must end with .pcapng", file=file)
     tool = next(filter(None, map(shutil.which, _TOOLS)), None)
     if tool is None:
-        raise InputError("neither dumpcap nor tshark is found", hint=_INSTALL)
+        raise InputError("neither dumpcap nor tshark was found", hint=_INSTALL)
     if not interface:
         text = f"--interface is missing; there are: {', '.join(_interfaces(tool))}"
         raise InputError(text, hint=_RIGHTS)

@@ -70,7 +70,7 @@ _REPORT_S = 0.25
 _SLICES = 400
 #: Errors of blocks that are shown.
 _MOST_ERRORS = 5
-#: Default time-out in real time: the longer of so many intervals and of this time.
+#: Default time-out in real time: this many packet intervals, but at least this time.
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 #: Shorter work is not reported [s of real time].
 _PATIENCE_S = 2.0
@@ -238,7 +238,8 @@ class RunOptions(CellOptions):
             raise InputError("only a real network runs in real time", hint="add --link enip")
         if parse_us(self.jitter):
             raise InputError(
-                "in real time the jitter is what it is", hint="leave --jitter or --realtime out"
+                "--jitter is for virtual time: in real time the operating system decides",
+                hint="leave --jitter or --realtime out",
             )
         return "enip-realtime"  # of --connect the link is another, whatever is said here
 
@@ -258,7 +259,7 @@ class _Outcome:
     notice: str
     timeline: Timeline
     ever_connected: bool
-    silence: str  # of a controller elsewhere, from which nothing has come: why
+    silence: str  # why an external controller has sent nothing
     coverage: Outcome | None
 
 
@@ -465,7 +466,7 @@ def _check_panel(options: RunOptions) -> None:
         return
     check_port("--panel", options.panel or 1)
     if options.connect is not None:
-        hint = "leave --connect out: a page in a browser is no panel of a robot that may be real"
+        hint = "leave --connect out: a page in a browser must not operate a robot that may be real"
         raise InputError("--panel is for a virtual controller", hint=hint)
     if not options.realtime:
         raise InputError(

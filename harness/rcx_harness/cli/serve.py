@@ -129,7 +129,7 @@ def _check_clashes(addresses: Sequence[str], port: int, io_port: int, web: int |
 def _robots(files: Sequence[Path], controllers: int) -> list[str]:
     if len(files) > 1 and len(files) != controllers:
         raise InputError(
-            f"{len(files)} robot files for {controllers} addresses",
+            f"{len(files)} robot files are given for {controllers} addresses",
             hint="give one for all, or one per address in their order",
         )
     return [str(file) for file in files] or [""]
@@ -138,7 +138,7 @@ def _robots(files: Sequence[Path], controllers: int) -> list[str]:
 def _traces(files: Sequence[Path], controllers: int, robots: Sequence[Path]) -> list[str]:
     if files and len(files) != controllers:
         hint = "give one per address, in their order"
-        raise InputError(f"{len(files)} traces for {controllers} addresses", hint=hint)
+        raise InputError(f"{len(files)} traces are given for {controllers} addresses", hint=hint)
     for number, file in enumerate(files):
         check_outputs({"trace": file}, None, *robots, *files[:number])
     return [str(file) for file in files] or [""] * controllers

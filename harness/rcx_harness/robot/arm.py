@@ -184,7 +184,7 @@ class Arm:
         if self.model and self.model.scara:
             arm1, arm2 = (1000 * arm for arm in self.model.arms)
             offset = 0.0
-            if not hand.on_r_axis:  # a hand beside the R axis makes another arm 2 (guide, 4.3.5)
+            if not hand.on_r_axis:  # a hand that is not on the R axis changes arm 2 (guide, 4.3.5)
                 offset = 1000 * tool[0] / self.axes[1].pulses_per_mm
                 arm2, tool = arm2 + tool[1], (0, 0, tool[2])
             kinematics = Scara(arm1, arm2, offset, left=hand_system == _LEFT)

@@ -574,7 +574,7 @@ class Programs:
             for observer in self.observers:
                 observer.ends(task, at, to)
             task.at = at + 1 if to == NEXT else to
-            if task.state != "running":  # by its own SUSPEND or HOLD: it continues behind that line
+            if task.state != "running":  # by its own SUSPEND or HOLD: it continues after that line
                 return
             if task.has_done(at):
                 task.pause(now_us)

@@ -205,7 +205,7 @@ def _compare(
             try:
                 ours.scan(now)
             except InputError:
-                break  # It ends the run here; C has no rule for it.
+                break  # This error ends the run; C leaves the result undefined.
             for name, value in values.items():
                 theirs.write(f"Main.I{number}_{name}", value)
             theirs.scan(now)

@@ -20,9 +20,9 @@ A rule is of one of four classes: the manual says it, a public source says it, s
 at a real controller, or it is assumed, since the manual is silent or open to two readings. What is
 inferred from a name stays assumed. {measured}
 
-A knob is a key of the robot file (`--robot`); its default is in brackets, delays are in ms, fixed
-or as `[shortest, longest]`.
-An assumed rule without a knob is a simplification of the model.
+A setting is a key of the robot file (`--robot`). Its default is in brackets; delays are in ms,
+either fixed or as `[shortest, longest]`.
+An assumed rule without a setting is a simplification of the model.
 """
 
 _NOTHING_MEASURED = "Nothing here has been measured at a real controller yet."
@@ -33,7 +33,7 @@ _CLASSES = (
     ("manual", "M", "From the manual", "Section"),
     ("public", "P", "From a public source", "Source"),
     ("measured", "R", "Measured at a real controller", "By whom, which firmware"),
-    ("assumed", "A", "Assumed", "Knobs"),
+    ("assumed", "A", "Assumed", "Settings"),
 )
 
 _SECTIONS_HEAD = """\

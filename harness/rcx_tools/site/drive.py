@@ -27,7 +27,7 @@ _TOML_PLACE = re.compile(r"\(at line (\d+)")
 _SLICES = 50
 _KEEP = 400_000
 _MOST_RULES = 20
-#: Watched variables: with the pins of blocks, if there are any; none if the program is not Main.
+#: Watched variables, with the pins of blocks; empty if the program is not Main.
 _WATCH = (("Main.*", "Main.*.*"), ("Main.*",), ())
 _POSITIONS = "mm"
 

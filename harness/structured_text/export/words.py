@@ -230,7 +230,7 @@ def unwritten(
         lost = missing(part, why) if why else list_of.lacks(part, functions)
         needed = next((names[one] for one in mentioned(part) if one in found), None)
         if lost is None and needed is not None:
-            lost = missing(part, f"needs {needed}, which is not carried")
+            lost = missing(part, f"needs {needed}, which cannot be exported")
         if lost is not None:
             found[part.name.upper()] = lost
     return found

@@ -192,7 +192,9 @@ class ClusterCrew:
         self._look()
         for address, one in client.run(self._cluster.fingerprint, on_error="return").items():
             if isinstance(one, Exception):
-                raise _other(f"the worker {address}", f"it has no such {DISTRIBUTION} ({one})")
+                raise _other(
+                    f"the worker {address}", f"it has another version of {DISTRIBUTION} ({one})"
+                )
             if differ := differences(self._of, one):
                 raise _other(f"the worker {address}", differ)
         client.register_plugin(self._carrier)
@@ -288,4 +290,4 @@ def _failed(cluster: Cluster, what: str, hint: str) -> InputError:
 
 def _other(name: str, differ: str) -> InputError:
     hint = f"install the same {DISTRIBUTION} and distributed on both"
-    return InputError(f"{name} is not like this computer: {differ}", hint=hint)
+    return InputError(f"{name} differs from this computer: {differ}", hint=hint)

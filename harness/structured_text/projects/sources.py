@@ -33,7 +33,7 @@ __all__ = [
     "st_files",
 ]
 
-#: A file or folder, or several of them.
+#: One or several files or folders.
 Files = str | Path | Sequence[str | Path]
 #: Replacements of files, with resolved paths as keys: copies with an inserted error (`mutants`).
 INSTEAD: dict[Path, Path] = {}

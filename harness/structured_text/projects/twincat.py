@@ -132,7 +132,7 @@ def read_plcproj(file: Path) -> Project:
         place = _below(file.parent, PureWindowsPath(named))
         if place is None:
             raise InputError(
-                f"names {named}, which is not there",
+                f"names {named}, which does not exist",
                 file=file,
                 line=item.at,
                 hint="copy the whole folder of the PLC project",

@@ -189,7 +189,7 @@ class _Reader:
         else:
             self._root = element
         if len(self._open) >= _DEEPEST:
-            raise self._error(f"more than {_DEEPEST} elements inside each other")
+            raise self._error(f"more than {_DEEPEST} nested elements")
         self._open.append(element)
 
     def _end(self, name: str) -> None:

@@ -210,7 +210,7 @@ class Machine(SymbolicMemory):
 
     def _run(self, frame: _Frame) -> None:
         if len(self._frames) > 60:
-            raise UnsupportedError("blocks and functions too deep inside each other")
+            raise UnsupportedError("blocks and functions are nested too deeply")
         self._frames.append(frame)
         at = self._at
         self._statements(frame.pou.body)
@@ -449,7 +449,7 @@ class Machine(SymbolicMemory):
 
         for count in range(_ROUNDS + 1):
             if count == _ROUNDS:
-                raise UnsupportedError(f"a loop of more than {_ROUNDS} rounds")
+                raise UnsupportedError(f"a loop has more than {_ROUNDS} rounds")
             if not enter(ends.first()):
                 break
             inner = self._statements(node.body)

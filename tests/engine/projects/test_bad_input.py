@@ -47,7 +47,7 @@ _POU = """\
             '<!DOCTYPE p [<!ENTITY x SYSTEM "file:///etc/passwd">]><project>&x;</project>',
             "a.xml:1: a document type (DOCTYPE) is not read",
         ),
-        ("a.xml", "<a>" * 201 + "</a>" * 201, "more than 200 elements inside each other"),
+        ("a.xml", "<a>" * 201 + "</a>" * 201, "more than 200 nested elements"),
         ("a.xml", "<html></html>", "neither a PLCopen XML project nor an L5X, its root is <html>"),
         ("a.xml", "<project></project>", "a.xml: has no POU and no type"),
         (
@@ -180,7 +180,7 @@ def test_import_overwrites_nothing_unless_it_is_asked_to(
     assert main(given) == 0
     (out / "ROWS.st").write_text("mine", encoding="utf-8")
     assert main(given) == 2
-    assert "is there already, and 2 more files; nothing was written" in capsys.readouterr().err
+    assert "already exists, and 2 more files; nothing was written" in capsys.readouterr().err
     assert (out / "ROWS.st").read_text(encoding="utf-8") == "mine"
     assert main([*given, "--force"]) == 0
     assert (out / "ROWS.st").read_text(encoding="utf-8").startswith("TYPE ROWS")

@@ -289,7 +289,7 @@ def test_the_data_of_a_command_are_there_before_its_code(packet_us: int) -> None
 def test_packets_that_stay_away_are_a_lost_connection() -> None:
     line = StationLine(RobotConfig())
     line.packet_us = 2**40
-    with pytest.raises(LostError, match="no packets go out any more"):
+    with pytest.raises(LostError, match="no packets are sent any more"):
         Carrier(line).read([("points", 0, 19)], _quiet)
 
 

@@ -46,7 +46,7 @@ def errors_of(text: str) -> list[str]:
         ("SOW(24)=1", "1: SOW(24) needs the extended area"),
         ("SI(20)=1", "1: SI(20) is an input of the robot"),
         ("DO()=1", "1: DO() names no port"),
-        ("MOVE P,P1,FOO=3", "1: FOO is no option of a movement"),
+        ("MOVE P,P1,FOO=3", "1: FOO is not an option of a movement"),
         ("MOVE C,P1", "1: MOVE C needs two points for each arc: a point on the way, and the "
          "target"),
         ("MOVE P,P1,SO(20)=1@10", "1: an output on the way needs a line or an arc"),
@@ -308,7 +308,7 @@ def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
             "A.PGM",
             "X=1\0",
             '[[programs]]\nfile = "A.PGM"',
-            "A.PGM:1: it is no text: it contains the byte 00",
+            "A.PGM:1: this is not a text: it contains the byte 00",
         ),
         ("A.PGM", "X=1\nY=\x07", '[[programs]]\nfile = "A.PGM"', "A.PGM:2: it is no text"),
         ("A.PGM", " \n", '[[programs]]\nfile = "A.PGM"', "A.PGM: it has no statement"),

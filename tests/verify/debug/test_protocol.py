@@ -241,7 +241,7 @@ def test_a_port_that_is_taken_is_named() -> None:
         ({"sources": ["LAMPS"], "connect": "1.2.3.4"}, "connect goes with rcx run"),
         ({"sources": ["LAMPS"], "link": "enip"}, "link goes with rcx run"),
         ({"sources": ["LAMPS"], "engine": "matiec"}, "the matiec engine cannot be debugged"),
-        ({"sources": ["LAMPS"], "cwd": "/no/such"}, "cwd '/no/such' is no folder"),
+        ({"sources": ["LAMPS"], "cwd": "/no/such"}, "cwd '/no/such' is not a folder"),
         ({"sources": ["LAMPS"], "properties": "p.py"}, "properties goes with rcx run"),
         ({"sources": ["LAMPS"], "panel": 0}, "panel goes with rcx run"),
         ({"sources": ["LAMPS"], "view": "v.html"}, "view goes with rcx run"),
@@ -289,7 +289,7 @@ def test_a_source_with_a_mistake_is_named_with_its_line(editor: Editor, tmp_path
 
 
 def test_requests_out_of_order_or_unknown_are_refused(editor: Editor, lamps: Path) -> None:
-    with pytest.raises(RefusedError, match="nothing is debugged yet: launch comes first"):
+    with pytest.raises(RefusedError, match="no program is being debugged yet: send launch first"):
         editor.request("stackTrace", threadId=1)
     with pytest.raises(RefusedError, match="does not know the request 'fly'"):
         editor.request("fly")

@@ -153,7 +153,7 @@ def test_a_robot_program_that_reads_the_time_is_refused(tmp_path: Path, capsys: 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--always", "Cancel"], "--always does not go with --robot"),
+        (["--always", "Cancel"], "--always cannot be combined with --robot"),
         (["--no-robot"], "leave out --robot, or --no-robot"),
         (["--faults", "fire"], "--faults fire"),
         (["--input", "Main.Nobody"], "no member Nobody"),

@@ -69,7 +69,7 @@ class Word(IntEnum):
     MISSING = 12
     SKIPPED = 13
     ARRIVED = 14  # monotonic clock in microseconds
-    GAPS = 15  # how many have been kept
+    GAPS = 15  # number of stored gaps
     SENDING_ENDS = 16  # monotonic clock in microseconds, 0 for never; by the scanner
     TO_ROBOT_SIZE = 17  # once, by the creator
     CYCLIC_ALIVE = 18  # monotonic clock in microseconds

@@ -42,7 +42,7 @@ def from_file(file: Path) -> tuple[Stored, list[str]]:
                 stored.values[kind, robot, number] = value
     if not stored.asked:
         hint = "write one with rcx points backup"
-        raise InputError(f"has no {', '.join(KINDS)}", file=file, hint=hint)
+        raise InputError(f"contains no {', '.join(KINDS)}", file=file, hint=hint)
     return stored, [*content.passed_over, *_others(content)]
 
 

@@ -368,7 +368,7 @@ class Asker:
         """Wait until packets with the written data have been sent."""
         last = self.line.sent + _PACKETS
         if self.until(lambda: self.line.sent >= last) is None:
-            raise LostError("no packets go out any more")
+            raise LostError("no packets are sent any more")
         self.wait(2 * CYCLE_US)
 
     def needs(self, held: bool, text: str) -> None:

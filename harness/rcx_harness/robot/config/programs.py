@@ -48,7 +48,7 @@ class Brought:
             count = ROBOTS if name in ROBOT_PARAMETERS else axes
             default = given.get(0, PARAMETER_DEFAULTS.get(name, 0))
             listed[name] = tuple(given.get(place, default) for place in range(1, count + 1))
-        if "WEIGHTG" in listed:  # both are one payload
+        if "WEIGHTG" in listed:  # both set the payload
             listed.pop("WEIGHT", None)
         return listed
 
@@ -108,7 +108,7 @@ def _with_text(file: Path, entry: dict[str, Any]) -> dict[str, Any]:
     text = text_of(file.parent / name)
     if not text.strip():
         hint = "write its statements, or take it out of the robot file"
-        raise InputError("it has no statement", file=file.parent / name, hint=hint)
+        raise InputError("the program has no statement", file=file.parent / name, hint=hint)
     _check(file.parent / name, text)
     return {"name": _name(name), **entry, "text": text}
 

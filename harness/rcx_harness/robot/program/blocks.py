@@ -84,7 +84,9 @@ class _Linker:
             if line.label in self.labels:
                 self._error(f"the label {line.label} occurs twice", "rename one of them")
             if line.statement is None:
-                self._emit("label")  # a jump continues behind it, so that it counts as no line
+                self._emit(
+                    "label"
+                )  # a jump continues after it: a label is not a line
             self.labels[line.label] = len(self.code)
         if line.statement is not None:
             self._statement(line.statement)
@@ -168,7 +170,7 @@ class _Linker:
     def _on_exit_for(self) -> None:
         block = next((one for one in reversed(self._blocks) if one.kind == "FOR"), None)
         if block is None:
-            self._error("EXIT FOR is outside of FOR ... NEXT", "take it out")
+            self._error("EXIT FOR is outside of FOR ... NEXT", "remove it")
             return
         block.exits.append(self._emit("jump"))
 

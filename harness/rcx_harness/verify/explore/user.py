@@ -44,7 +44,7 @@ __all__ = ["Choice", "Explored", "Settings", "explore", "refuse"]
 
 #: Bytes of the digest that identifies a state.
 _DIGEST = 16
-#: Bytes of the length field behind the memory of controller and monitors at the end of a state.
+#: Bytes of the length field at the end of a state, after the controller and the monitors.
 _LENGTH = 4
 #: The search uses one process for this time [s]: a short search does not pay for workers.
 _ALONE_S = 1.0
@@ -349,7 +349,7 @@ def refuse(project: Project) -> None:
     if any(run.every > 1 for run in project.schedule):
         raise InputError(
             "the program has tasks of several intervals",
-            hint="explored are programs that run in every scan",
+            hint="explore a program whose tasks have the same interval",
         )
     clocks = [pou for pou in project.pous.values() if pou.clock]
     if clocks:

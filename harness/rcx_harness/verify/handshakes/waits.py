@@ -18,9 +18,9 @@ from structured_text.errors import InputError
 
 __all__ = ["plc_waits", "robot_waits", "waits"]
 
-#: The PLC must react within this time [us], in at least and at most so many scans.
+#: The PLC must react within this time [us], with this least and greatest number of scans.
 _REACTS_US, _LEAST, _MOST = 1_000_000, 3, 200
-#: Pairs of bits are tried among so many bits at most.
+#: Pairs of bits are tried among at most this many bits.
 _MOST_IN_PAIRS = 12
 _WAIT = re.compile(r"\bWAIT\s+((?:[^':\"]|\"[^\"]*\")+)", re.IGNORECASE)
 

@@ -81,7 +81,7 @@ class Library:
         """
         sources = sorted(self.folder.rglob("*.st"))
         if not sources:
-            there = "holds no .st file" if self.folder.is_dir() else "is no folder"
+            there = "holds no .st file" if self.folder.is_dir() else "is not a folder"
             raise InputError(f"{self.folder} {there}", hint="name a copy of plc/lib")
         return checked(sources, self._parsed)
 

@@ -54,9 +54,7 @@ def test_arrays_of_arrays_are_counted_from_the_inside(mistakes_of: Errors) -> No
     assert error.message.startswith("this array has 4,194,303 elements, and a program has at most")
     flat = "ARRAY[0..0] OF " * 130
     (error,) = mistakes_of(f"PROGRAM Own VAR a: {flat}INT; END_VAR END_PROGRAM")
-    assert (
-        error.message == "this array has more than 120 arrays, structures and blocks in each other"
-    )
+    assert error.message == "this array has more than 120 nested arrays, structures and blocks"
 
 
 @pytest.fixture
