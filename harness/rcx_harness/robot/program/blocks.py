@@ -84,9 +84,7 @@ class _Linker:
             if line.label in self.labels:
                 self._error(f"the label {line.label} occurs twice", "rename one of them")
             if line.statement is None:
-                self._emit(
-                    "label"
-                )  # a jump continues after it: a label is not a line
+                self._emit("label")  # a jump continues after it: a label is not a line
             self.labels[line.label] = len(self.code)
         if line.statement is not None:
             self._statement(line.statement)
