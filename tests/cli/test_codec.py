@@ -68,18 +68,21 @@ def test_a_telegram_is_shown_in_plain_words(capsys: Captured, words: str, shown:
         (["encode", "MovePtp", "speed=99999"], "speed is 99999, not 0 to 65535\n"),
         (["encode", "MovePtp", "speed_mode=2", "speed=101"], "guide 4.2.1: 16#R001 MovePtp: speed"),
         (["encode", "MovePtp", "speed_mode=2", "speed=101"], "is 101, not 1 to 100\n"),
-        (["encode", "MovePtp", "speed=101"], "speed has no effect while speed_mode is 0; it needs"),
+        (["encode", "MovePtp", "speed=101"], "speed has no effect while speed_mode is 0; set"),
         (
             ["encode", "MovePtp", "speed=101"],
             "speed_mode=1 (1 to 10000) or speed_mode=2 (1 to 100)",
         ),
         (["encode", "MovePtp", "speed=-1"], "speed is -1, not 0 to 65535"),
-        (["encode", "MovePtp", "acceleration=5"], "it needs acceleration_flag=1 (1 to 100)\n"),
+        (["encode", "MovePtp", "acceleration=5"], "set acceleration_flag=1 (1 to 100)\n"),
         (["encode", "MovePtp", "point=1", "point=2"], "point is given twice; leave one"),
         (["encode", "16#12001"], "no remote command is called '16#12001'"),
         (["encode", "--", "-4095"], "no remote command is called '-4095'"),
         (["encode", "16#7001"], "cannot designate robot 7"),
-        (["encode", "16#2001", "--robot", "3"], "16#2001 is of robot 2, --robot is 3; leave one"),
+        (
+            ["encode", "16#2001", "--robot", "3"],
+            "16#2001 is for robot 2, but --robot is 3; leave one",
+        ),
         (["encode", "MoveDirectMm", "targets=1,0x80000000"], "targets is 2147483648, not "),
         (["encode", "MoveDirectMm", "targets=1,nan"], "targets = '1,nan' is not a number\n"),
         (["encode", "MovePtpp"], "; did you mean MovePtp"),
@@ -91,7 +94,7 @@ def test_a_telegram_is_shown_in_plain_words(capsys: Captured, words: str, shown:
         ),
         (["decode", "4095,7"], "no remote command is called '4095'; docs/reference/commands.md"),
         (["decode", "0x10000"], "'0x10000' is not a word"),
-        (["decode", *["0"] * 17], "17 words are given; a telegram has 1 to 16"),
+        (["decode", *["0"] * 17], "17 words are given; give 1 to 16"),
     ],
 )
 def test_a_wrong_telegram_is_refused(capsys: Captured, args: list[str], message: str) -> None:

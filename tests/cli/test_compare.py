@@ -168,7 +168,7 @@ def test_bad_input_is_one_line(trace: Path, tmp_path: Path, capsys: Captured) ->
         ([str(empty)], "nothing in it says what the PLC sent"),
         ([str(trace), "--robot", str(robot)], "the recording has areas of 48 bytes, not 256"),
         ([str(trace), "--controller", "here"], "--controller 'here' is not an IPv4 address"),
-        ([str(trace), "--tolerance", "-1ms"], "--tolerance: not a duration"),
+        ([str(trace), "--tolerance", "-1ms"], "--tolerance: '-1ms' is not a duration"),
         ([str(trace), "--size", "50"], "an area of 50 bytes does not exist"),
     ):
         assert main(["compare", *arguments]) == 2

@@ -153,7 +153,7 @@ def test_a_capture_that_is_cut_off_is_judged_and_said_to_be(bad: Path, capsys: C
         (["--controller", "robot"], "--controller 'robot' is not an IPv4 address"),
         (["--size", "50"], "an area of 50 bytes does not exist"),
         (["--port", "0"], "--port 0 is not a port"),
-        (["--tolerance", "soon"], "--tolerance: not a duration"),
+        (["--tolerance", "soon"], "--tolerance: 'soon' is not a duration"),
         (["--controller", "192.168.0.99"], "contains no connection of a controller"),
     ],
 )

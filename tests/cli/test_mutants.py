@@ -240,7 +240,7 @@ def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) 
         (["plc"], "no command for the tests is given; rcx mutants plc -- pytest"),
         (["plc", "--fail-under", "all", "--", "pytest"], "--fail-under is all"),
         (["plc", "--minutes", "-1", "--", "pytest"], "--minutes is -1"),
-        (["plc", "--json", "pytest.ini", "--", "pytest"], "is not what this command writes"),
+        (["plc", "--json", "pytest.ini", "--", "pytest"], "was not written by this command"),
         (
             ["plc", "--reasons", "none.toml", "--", "pytest"],
             "none.toml: cannot be read: No such file or directory",

@@ -156,11 +156,11 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
     launch = {"sources": motor, "for": "1s", "stimulus": "s.toml"}
     with pytest.raises(InputError, match="no process image"):
         launched(launch, [])
-    with pytest.raises(InputError, match="noRobot is neither true nor false"):
+    with pytest.raises(InputError, match="noRobot is not true or false"):
         launched({**launch, "noRobot": "yes"}, [])
-    with pytest.raises(InputError, match="--rpi is for a robot"):
+    with pytest.raises(InputError, match="--rpi needs a robot"):
         launched({**launch, "noRobot": True, "rpi": "20ms"}, [])
-    with pytest.raises(InputError, match="--rpi is for a robot"):
+    with pytest.raises(InputError, match="--rpi needs a robot"):
         launched({**launch, "rpi": "10ms"}, [], alone=True)
     for machine in (
         launched({**launch, "noRobot": True}, []).machine,

@@ -154,7 +154,7 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
     assert main(_backup(file)) == 0
     monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
     assert main(["points", "restore", "h", str(file)]) == 2
-    assert "--write says that you want it" in capsys.readouterr().err
+    assert "then add --write" in capsys.readouterr().err
     line = robot(RobotConfig(points={50: RobotConfig().points[50], 51: Point()}))
     assert main(["points", "restore", "h", str(file), "--write"]) == 0
     assert capsys.readouterr().out.endswith("1 written\n0 of 2 differ\n")
@@ -229,7 +229,7 @@ def test_a_lost_connection_exits_with_1(robot: Robot, tmp_path: Path, capsys: Ca
     line = robot()
     line.lost_after_us = 2_000_000
     assert main(_backup(tmp_path / "a.toml")) == 1
-    lost = "rcx: the connection is lost: no packets come any more; no file was written\n"
+    lost = "rcx: the connection is lost: no packets arrive any more; no file was written\n"
     assert capsys.readouterr().err == lost
     line = robot()
 
@@ -259,7 +259,7 @@ def test_a_stopped_command_says_what_remains(
     file.write_text("[points.1]\npulses = [1]\n", encoding="utf-8")
     robot().lost_after_us = 400_000
     assert main(["points", action[0], "h", str(file), *action[1:]]) == 1
-    assert capsys.readouterr().err.endswith(f"no packets come any more; {left}\n")
+    assert capsys.readouterr().err.endswith(f"no packets arrive any more; {left}\n")
 
 
 def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:

@@ -140,7 +140,7 @@ def test_a_refuted_rule_is_exit_code_1(
         (["h", "--only", "interval"], "interval can do more than --risk 1 allows; --risk 2"),
         (["h", "--date", "today"], "--date 'today' is not a date; write 2030-12-31"),
         (["h", "--size", "50"], "an area of 50 bytes does not exist"),
-        (["h"], "there is nobody at a terminal to confirm each step; --yes-reading"),
+        (["h"], "each step must be confirmed at a terminal, and there is none; use --yes-reading"),
     ],
 )
 def test_bad_input_is_one_line(

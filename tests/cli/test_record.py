@@ -81,7 +81,7 @@ def test_hosts_and_ports_can_be_chosen(tools: Path, tmp_path: Path) -> None:
         (["--interface", "eth9"], 'cannot capture at eth9: There is no device named "eth9"'),
         ([], "--interface is missing; there are: eth0, lo (Loopback)"),
         (["--interface", "eth0", "--host", "robot"], "--host 'robot' is not an IPv4 address"),
-        (["--interface", "eth0", "--for", "long"], "--for: not a duration"),
+        (["--interface", "eth0", "--for", "long"], "--for: 'long' is not a duration"),
     ],
 )
 @pytest.mark.usefixtures("tools")

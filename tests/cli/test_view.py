@@ -140,8 +140,11 @@ def test_an_unfinished_trace_is_shown_up_to_its_end(trace: Path, capsys: Capture
         ((_HEAD + '{"t_us":0').encode(), "run.jsonl:2: is cut off in this line"),
         ((_HEAD + _FIRST.replace(":0,", ":-5,", 1)).encode(), "run.jsonl:2: not a record of a"),
         ((_HEAD + _FIRST).encode() + b'{"t_us":"\xff"}\n', "run.jsonl:3: not a line of a trace"),
-        ((_HEAD + _FIRST.replace(_AREA, "00")).encode(), "areas of 1 and 1 bytes are no"),
-        ((_HEAD[:-2] + ',"watch":{"X":7}}\n' + _FIRST).encode(), "header says of variables"),
+        ((_HEAD + _FIRST.replace(_AREA, "00")).encode(), "areas of 1 and 1 bytes do not"),
+        (
+            (_HEAD[:-2] + ',"watch":{"X":7}}\n' + _FIRST).encode(),
+            "header does not describe variables",
+        ),
     ],
 )
 def test_a_wrong_recording_is_one_line_and_no_page(

@@ -223,6 +223,9 @@ def test_a_new_name_that_exists_is_reported_with_its_place(
     assert main(["export", "st", *arguments]) == 2
     told = capsys.readouterr().err
     assert told.startswith(f"rcx: {source}:{line}: ")
-    assert "already exists; --prefix RCX_ makes it of FB_ServoOn of the library" in told
+    assert (
+        "already exists, and --prefix RCX_ makes the same name from FB_ServoOn of the library"
+        in told
+    )
     assert told.endswith("; take another prefix\n")
     assert told.count("\n") == 1

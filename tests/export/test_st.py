@@ -66,7 +66,7 @@ def test_an_existing_file_is_kept_without_force(tmp_path: Path, capsys: Captured
     out.write_text("mine")
     arguments = ["export", "st", "--program", str(EXAMPLES[0].folder), "--needed", "-o", str(out)]
     assert main(arguments) == 2
-    assert capsys.readouterr().err == f"rcx: {out}: already exists; --force writes over it\n"
+    assert capsys.readouterr().err == f"rcx: {out}: already exists; use --force to overwrite it\n"
     assert out.read_text() == "mine"
     assert main([*arguments, "--force"]) == 2
     said = f"rcx: {out}: was not written by an export; nothing was written; move it away\n"

@@ -161,9 +161,7 @@ def test_files_of_others_in_a_folder_are_kept(plc: Path, target: str, capsys: Ca
     before = _texts(out)
     assert _export(target, "out", "--allow-missing") == 2
     said = capsys.readouterr().err
-    assert (
-        "rcx: out: contains files that no export wrote; name an empty folder or a new one" in said
-    )
+    assert "rcx: out: contains files that no export wrote; name an empty or new folder" in said
     assert _export(target, "out", "--allow-missing", "--force") == 2
     said = capsys.readouterr().err
     assert (
@@ -180,7 +178,10 @@ def test_an_earlier_export_is_replaced_on_request(plc: Path, capsys: Captured) -
     assert _export("twincat", "out") == 0
     before = _texts(plc / "out")
     assert _export("twincat", "out") == 2
-    assert capsys.readouterr().err == "rcx: out: contains an earlier export; --force replaces it\n"
+    assert (
+        capsys.readouterr().err
+        == "rcx: out: contains an earlier export; use --force to replace it\n"
+    )
     assert _export("twincat", "out", "--force") == 0
     assert _texts(plc / "out") == before
 

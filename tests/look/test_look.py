@@ -247,8 +247,8 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--port", "99999"], "--port 99999 is not a port; ports are 1 to 65535"),
-        (["--port", "0"], "--port 0 is not a port; ports are 1 to 65535"),
+        (["--port", "99999"], "--port 99999 is not a port; use 1 to 65535"),
+        (["--port", "0"], "--port 0 is not a port; use 1 to 65535"),
         (["--rpi", "5s"], "--rpi 5s is not a packet interval; use 1ms to 3200ms"),
         (["--rpi", "10us"], "--rpi 10us is not a packet interval; use 1ms to 3200ms"),
         (["--heartbeat", "65536"], "--heartbeat 65536 is not a connection point; they are 1 to"),

@@ -170,7 +170,7 @@ def test_a_wrong_marker_is_one_message(run: Run) -> None:
     wrong = {
         "scann='5ms'": "*a cell has no option 'scann'*scan*",
         "'5ms'": "*takes names, not '5ms'*",
-        "scan='5 parrots'": "*not a duration: '5 parrots'*",
+        "scan='5 parrots'": "*'5 parrots' is not a duration*",
         "sources='nothing/*.st'": "*no file is called nothing/*.st*",
         "robot='none.toml'": "*none.toml*",
         "size=47": "*47 bytes*",

@@ -64,8 +64,8 @@ def test_a_pointer_behind_and_then_is_followed_only_where_it_leads_somewhere(run
     first, second = (one.judged for one in decision.conditions)
     assert (set(first.values), set(second.values)) == ({False}, set())
     assert _open(result)[-2:] == [
-        "10: no MC/DC of P <> 0 in P <> 0 AND_THEN P^ > 3",
-        "10: no MC/DC of P^ > 3 in P <> 0 AND_THEN P^ > 3",
+        "10: no MC/DC for P <> 0 in P <> 0 AND_THEN P^ > 3",
+        "10: no MC/DC for P^ > 3 in P <> 0 AND_THEN P^ > 3",
     ]
 
 

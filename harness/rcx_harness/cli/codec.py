@@ -24,7 +24,7 @@ def encode(
     name: Annotated[str, typer.Argument(help="Command, e.g. MovePtp or 16#0001.")],
     fields: Annotated[list[str] | None, typer.Argument(help="Fields, e.g. point=19.")] = None,
     robot: Annotated[
-        int | None, typer.Option(help="Robot number R, 0 to 4. Default: that of the code, or 0.")
+        int | None, typer.Option(help="Robot number R, 0 to 4. Default: from the code, or 0.")
     ] = None,
 ) -> None:
     """Print the telegram of a remote command, in words and in plain language."""
@@ -77,10 +77,10 @@ def _check_effect(command: spec.Command, values: Mapping[str, spec.FieldValue]) 
 def decode(
     words: Annotated[list[str], typer.Argument(help="Words from n on, e.g. 16#0001 16#0004.")],
     response: Annotated[
-        str, typer.Option(help="The words are from m on, the answer to this command.")
+        str, typer.Option(help="The words are the response to this command (from m on).")
     ] = "",
 ) -> None:
-    """Say what the words of a telegram mean."""
+    """Explain the words of a telegram."""
     parts = [text for part in words for text in part.replace(",", " ").split()]
     values = [_word(text) for text in parts]
     if not 1 <= len(values) <= _WORDS:

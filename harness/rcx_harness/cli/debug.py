@@ -66,27 +66,28 @@ _OF_CLIENTS = (
 def debug(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(help="A recording, or sources, for a client that names none itself."),
+        typer.Argument(help="A recording or sources, if the launch of the client names none."),
     ] = None,
     port: Annotated[
         int | None,
         typer.Option(
-            help="Wait for clients on this port of this computer; 0: any.", min=0, max=65535
+            help="Wait for clients on this local port; 0: any free one.", min=0, max=65535
         ),
     ] = None,
     vscode: Annotated[
         Path | None,
-        typer.Option(help="Write the extension for VS Code into this folder, and end."),
+        typer.Option(help="Write the extension for VS Code into this folder, then end."),
     ] = None,
     no_robot: Annotated[
-        bool, typer.Option("--no-robot", help="Sources run alone, as with rcx run --no-robot.")
+        bool,
+        typer.Option("--no-robot", help="Run the sources without a robot, as rcx run --no-robot."),
     ] = False,
 ) -> None:
-    """Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards.
+    """Debug a program in an editor, forwards and backwards, by the Debug Adapter Protocol.
 
-    An editor starts it and talks to it on standard input and output, or on --port; there its
-    launch has to name the token that is printed, or that RCX_DEBUG_TOKEN holds. What it launches
-    takes options of rcx run: see docs/how-to/debug.md.
+    An editor starts the command and talks to it on standard input and output, or on --port. With
+    --port the launch request must contain the printed token, or the value of RCX_DEBUG_TOKEN. The
+    launch takes options of rcx run: see docs/how-to/debug.md.
 
     Exit code: 0, or 2 on bad input.
     """

@@ -28,15 +28,15 @@ def import_(
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")],
     force: Annotated[
-        bool, typer.Option("--force", help="Write over files of the same names.")
+        bool, typer.Option("--force", help="Overwrite files of the same names.")
     ] = False,
 ) -> None:
     """Write the Structured Text of a project as .st files, one for each declaration.
 
-    Not needed to run it: `rcx run` and `rcx check` take the project itself.
+    You do not need it to run a project: `rcx run` and `rcx check` read the project itself.
 
-    Exit code: 0; 1 if a body is in another language: its file has the interface, and a comment
-    where the body is to be written; 2 on bad input, and where a file exists.
+    Exit code: 0; 1 if a body is in another language: its file has the interface, and a comment in
+    place of the body; 2 on bad input or if a file exists.
     """
     named = named_files(files)
     for file in named:

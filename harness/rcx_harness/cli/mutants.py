@@ -38,29 +38,35 @@ class Options(FarmOptions):
     files: Annotated[list[Path], typer.Argument(help="ST files of the program, or folders.")]
     lib: Lib = None
     minutes: Annotated[
-        float | None, typer.Option(help="Begin no mutant after so long; the next call goes on.")
+        float | None,
+        typer.Option(help="Time after which no new mutant begins; the next call continues."),
     ] = None
     fail_under: Annotated[
-        str, typer.Option(help="Exit code 1 where fewer are killed [%], of those without a reason.")
+        str,
+        typer.Option(
+            help="Exit code 1 if a smaller share of mutants without a reason is killed [%]."
+        ),
     ] = "100"
     reasons: Annotated[
-        Path, typer.Option(help="Survivors that no test can find, with the reason (TOML).")
+        Path, typer.Option(help="File of survivors that no test can find, with the reason (TOML).")
     ] = _REASONS
-    folder: Annotated[Path, typer.Option(help="Folder for what is known of earlier calls.")] = Path(
+    folder: Annotated[Path, typer.Option(help="Folder for the results of earlier calls.")] = Path(
         ".rcx"
     )
-    fresh: Annotated[bool, typer.Option("--fresh", help="Forget earlier calls.")] = False
-    show: Annotated[int, typer.Option(help="Survivors that are printed; 0: all.", min=0)] = _SHOWN
+    fresh: Annotated[bool, typer.Option("--fresh", help="Ignore the results of earlier calls.")] = (
+        False
+    )
+    show: Annotated[int, typer.Option(help="Number of survivors to print; 0: all.", min=0)] = _SHOWN
     json_file: JsonFile = None
     word: Annotated[list[str] | None, typer.Option(hidden=True)] = None
 
 
 @with_options(Options)
 def mutants(given: Options) -> None:
-    """Make one small mistake after the other in a program, and see whether its tests find it.
+    """Put small mistakes into a program, one at a time, and report which of them its tests find.
 
-    `rcx mutants plc -- pytest`: behind `--` is the command that runs the tests. Each mistake is
-    made in a copy; only the tests that execute its statement are run.
+    `rcx mutants plc -- pytest`: the command after `--` runs the tests. Each mistake is made in
+    a copy; only the tests that execute its statement are run.
 
     Exit code: 0 if enough mutants are killed, 1 if not, 2 on bad input or failing tests.
     """

@@ -44,11 +44,13 @@ Sources = Annotated[
 #: Files with bodies for POUs of a project.
 Replace = Annotated[
     list[str] | None,
-    typer.Option(help="Take this ST file for a POU of a project: POU=file.st. May be repeated."),
+    typer.Option(
+        help="Use this ST file instead of a POU of a project: POU=file.st. May be repeated."
+    ),
 ]
 #: The library to use.
 Lib = Annotated[
-    Path | None, typer.Option(help="Folder of the library. Default: that of this package.")
+    Path | None, typer.Option(help="Folder of the library. Default: the library in this package.")
 ]
 
 _Options = TypeVar("_Options")

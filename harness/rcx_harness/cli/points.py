@@ -58,7 +58,7 @@ _SHORTEST_US = 100_000
 
 
 def points(
-    action: Annotated[Action, typer.Argument(help="What to do.")],
+    action: Annotated[Action, typer.Argument(help="Action: backup, restore or compare.")],
     host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
     file: Annotated[
         Path, typer.Argument(help="TOML or .ALL: written by backup, read by the others.")
@@ -70,22 +70,25 @@ def points(
     numbers: Annotated[
         str,
         typer.Option(
-            help="Points and comments, as 0-99 or 5. Of a backup, 0-999 by default; of a "
-            "comparison besides those of the file."
+            help=(
+                "Numbers of points and comments, such as 0-99 or 5. Default of a backup: 0-999; a "
+                "comparison adds them to the numbers in the file."
+            )
         ),
     ] = "",
     robot: Annotated[
         list[int] | None, typer.Option(help="Robot whose hands are backed up; may be repeated.")
     ] = None,
     csv: Annotated[
-        Path | None, typer.Option(help="Write points and comments of a backup as CSV, too.")
+        Path | None, typer.Option(help="Also write points and comments of a backup as CSV.")
     ] = None,
     write: Annotated[
-        bool, typer.Option("--write", help="Restore: yes, change what the controller stores.")
+        bool,
+        typer.Option("--write", help="Required for restore: change the data in the controller."),
     ] = False,
     undefined: Annotated[
         list[str] | None,
-        typer.Option(help="Alarm of a reference to what is not defined; may be repeated."),
+        typer.Option(help="Alarm that means undefined data; may be repeated."),
     ] = None,
     timeout: Annotated[
         str,
@@ -96,19 +99,17 @@ def points(
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
-    address: Annotated[
-        str, typer.Option("--from", help="Address of this machine to work from.")
-    ] = "",
+    address: Annotated[str, typer.Option("--from", help="Local address for the connection.")] = "",
 ) -> None:
     """Back up, restore or compare points, comments, shifts, hands and pallets of a controller.
 
     The file has the tables of a robot file, which `rcx run --robot` and `rcx serve --robot` read.
     A name that ends with .ALL stands for the data sections of a file with all data of a controller.
-    A restore reads first, writes only what differs, and compares again: what was interrupted is
-    finished by the same command. It deletes nothing.
+    A restore reads first, writes only what differs, and compares again. After an interruption the
+    same command completes it. It deletes nothing.
 
-    Exit code: 0, 1 where something differs or was left out, the controller refused a command, did
-    not answer in time, or the connection was lost, 130 after Ctrl-C, 2 on bad input.
+    Exit code: 0; 1 if data differ or were left out, the controller refused a command or did not
+    answer in time, or the connection was lost; 130 after Ctrl-C; 2 on bad input.
     """
     check_size(size)
     check_port("--port", port)

@@ -40,37 +40,43 @@ _ENDINGS = (".toml", ".md", ".jsonl")
 def probe(
     host: Annotated[str, typer.Argument(help="Address of the controller.")] = "",
     plain_list: Annotated[
-        bool, typer.Option("--list", help="Print the questions and the rules, and do nothing.")
+        bool, typer.Option("--list", help="Print the questions and the rules, then end.")
     ] = False,
     risk: Annotated[
-        int, typer.Option(help="Up to here: 1 reading only, 2 no motion, 3 motion.")
+        int, typer.Option(help="Highest risk: 1 reading only, 2 no motion, 3 motion.")
     ] = 1,
     only: Annotated[
         list[str] | None, typer.Option(help="Only this question; may be repeated.")
     ] = None,
     yes_reading: Annotated[
-        bool, typer.Option("--yes-reading", help="Ask all that only reads, without confirmation.")
+        bool,
+        typer.Option(
+            "--yes-reading", help="Ask all questions that only read, without confirmation."
+        ),
     ] = False,
     out: Annotated[
-        Path, typer.Option(help="Report and evidence: this name with .toml, .md and .jsonl.")
+        Path,
+        typer.Option(help="Name of the report and its evidence; .toml, .md and .jsonl are added."),
     ] = Path("probe"),
-    by: Annotated[str, typer.Option(help="Who you are, for the report.")] = "",
-    robot: Annotated[str, typer.Option(help="What it is, as 'RCX340, YK400XE'.")] = "",
-    date: Annotated[str, typer.Option(help="Today, as 2030-12-31, for the report.")] = "",
+    by: Annotated[str, typer.Option(help="Your name, for the report.")] = "",
+    robot: Annotated[
+        str, typer.Option(help="The controller and robot, such as 'RCX340, YK400XE'.")
+    ] = "",
+    date: Annotated[
+        str, typer.Option(help="Today's date for the report, such as 2030-12-31.")
+    ] = "",
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
-    address: Annotated[
-        str, typer.Option("--from", help="Address of this machine to work from.")
-    ] = "",
+    address: Annotated[str, typer.Option("--from", help="Local address for the connection.")] = "",
 ) -> None:
-    """Ask a real controller what is assumed of it, step by step; you confirm each of them.
+    """Check at a real controller what the virtual one assumes; you confirm each step.
 
-    Steps are sorted by what can happen: reading only, no motion with the servos off, motion. It
-    writes a report that you can send: confirmed, refuted or not asked, rule by rule, with what was
-    seen. Nothing moves without your word for that step.
+    Steps are sorted by risk: reading only, no motion with the servos off, motion. The command
+    writes a report that you can send. It lists each rule as confirmed, refuted or not asked, with
+    the observation. Nothing moves before you confirm the step.
 
-    Exit code: 0, 1 where a rule was refuted or the probe ended early, 130 after Ctrl-C, 2 on bad
+    Exit code: 0; 1 if a rule was refuted or the probe ended early; 130 after Ctrl-C; 2 on bad
     input.
     """
     asked = _chosen(risk, only or [], yes_reading)

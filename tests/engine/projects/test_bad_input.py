@@ -80,7 +80,7 @@ _POU = """\
         (
             "a.plcproj",
             '<Project><ItemGroup>\n<Compile Include="A\\B.TcPOU"/></ItemGroup></Project>',
-            "a.plcproj:2: names A\\B.TcPOU, which is not there; copy the whole folder",
+            "a.plcproj:2: names A\\B.TcPOU, which does not exist; copy the whole folder",
         ),
         ("a.plcproj", "<Project/>", "a.plcproj: names no POU, type or list of variables"),
         ("a.L5X", _L5X % "", "a.L5X: has no data type, instruction or program"),
@@ -192,4 +192,4 @@ def test_structured_text_is_nothing_to_import(
     """Source: rcx import --help."""
     shutil.copy(_DATA / "lamp.st", tmp_path)
     assert main(["import", str(tmp_path / "lamp.st"), "-o", str(tmp_path / "out")]) == 2
-    assert "lamp.st: is Structured Text already" in capsys.readouterr().err
+    assert "lamp.st: is already Structured Text" in capsys.readouterr().err

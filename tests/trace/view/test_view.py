@@ -254,9 +254,13 @@ def test_a_wrong_pose_is_one_message(poses: Any) -> None:
 @pytest.mark.parametrize(
     ("header", "record", "message"),
     [
-        ({"watch": {"X": {"array": 1}}}, _scan(0), "the header says of variables and times"),
-        ({"cycle_us": "x"}, _scan(0), "the header says of variables"),
-        ({"watch": ["X"]}, _scan(0), "the header says of variables and times"),
+        (
+            {"watch": {"X": {"array": 1}}},
+            _scan(0),
+            "the header does not describe variables and times",
+        ),
+        ({"cycle_us": "x"}, _scan(0), "the header does not describe variables"),
+        ({"watch": ["X"]}, _scan(0), "the header does not describe variables and times"),
         ({"watch": {"X": "INT"}}, _scan(0, vars={}), "at 0 us are not those that the header"),
         ({"watch": {"X": "INT"}}, _scan(0, vars={"X": "a"}), "at 0 us are not those that the"),
         ({"positions": [["X"]]}, Cycle(0, 0, b"", _area(), 1, (1.0, 2.0)), "at 0 us are not"),

@@ -255,7 +255,7 @@ def _nothing(capture: Capture, network: Network) -> str:
         return f"is cut off before its first packet ({capture.damage})"
     seen = f"{capture.packets} packets, {network.cyclic} of class 1"
     others = "".join(f", {count} {what}" for what, count in capture.others.most_common())
-    return f"no connection of a controller in it: {seen}{others}"
+    return f"contains no connection of a controller: {seen}{others}"
 
 
 def _judge_trace(

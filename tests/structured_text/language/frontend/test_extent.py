@@ -145,7 +145,7 @@ def test_a_name_has_an_end(mistakes_of: Errors) -> None:
     Source: docs/reference/limits.md, programs.
     """
     error, _ = mistakes_of(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
-    assert error.message == f"a name of 100,000 characters: {'y' * 40}..."
+    assert error.message == f"this name has 100,000 characters: {'y' * 40}..."
 
 
 def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) -> None:

@@ -184,7 +184,7 @@ _DECLARATIONS = [
     ("VAR A : INT := -INT#5; END_VAR", 2, "only a number can be negative here"),
     ("VAR A : BOOL := -TRUE; END_VAR", 2, "only a number can be negative here"),
     ("VAR A : STRING := -'a'; END_VAR", 2, "only a number can be negative here"),
-    ("VAR A : ARRAY [0..1] OF INT := [1, 2, 3]; END_VAR", 2, "3 values for 2 elements"),
+    ("VAR A : ARRAY [0..1] OF INT := [1, 2, 3]; END_VAR", 2, "3 values are given for 2 elements"),
     ("VAR A : RTC; END_VAR", 2, "the block RTC is not supported"),
     ("VAR A : Main; END_VAR", 2, "Main uses Main"),
     ("VAR A : TON := 5; END_VAR", 2, "this is not an initial value for a TON"),
@@ -219,8 +219,8 @@ def test_a_wrong_variable_is_refused_with_its_line(
 _UNITS = [
     ("TYPE Speed : REAL; END_TYPE\nTYPE speed : INT; END_TYPE", 2, "speed is declared twice"),
     ("TYPE A1 : STRUCT B : A1; END_STRUCT; END_TYPE", 1, "a type cannot contain itself"),
-    ("TYPE A1 : STRUCT B : INT; b : INT; END_STRUCT; END_TYPE", 1, "b is a field twice"),
-    ("TYPE A1 : (ONE, one); END_TYPE", 1, "one is a member twice"),
+    ("TYPE A1 : STRUCT B : INT; b : INT; END_STRUCT; END_TYPE", 1, "the field b is declared twice"),
+    ("TYPE A1 : (ONE, one); END_TYPE", 1, "the member one is declared twice"),
     ("TYPE A1 : INT;", 1, "the file ends in the middle"),
     ("TYPE A1 : (ONE := 32767, TWO); END_TYPE", 1, "a member is outside INT (-32768 to 32767)"),
     ("TYPE A1 : (ONE := 255, TWO) USINT; END_TYPE", 1, "a member is outside USINT (0 to 255)"),
@@ -410,7 +410,7 @@ def test_a_global_that_a_block_does_not_use_may_be_given(mistakes_of: Errors) ->
 def test_a_literal_has_at_most_200_letters(digits: int, refused: bool, mistakes_of: Errors) -> None:
     literal = "0." + "1".rjust(digits - 2, "0")
     errors = mistakes_of(f"PROGRAM P1\nVAR L : LREAL; END_VAR\nL := {literal};\nEND_PROGRAM\n")
-    assert [f"a literal of {digits} characters" in str(error) for error in errors] == (
+    assert [f"the literal has {digits} characters" in str(error) for error in errors] == (
         [True] * refused
     )
 
