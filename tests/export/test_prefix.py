@@ -227,5 +227,5 @@ def test_a_new_name_that_exists_is_reported_with_its_place(
         "already exists, and --prefix RCX_ makes the same name from FB_ServoOn of the library"
         in told
     )
-    assert told.endswith("; take another prefix\n")
+    assert told.endswith("; use another prefix\n")
     assert told.count("\n") == 1

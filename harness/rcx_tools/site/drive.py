@@ -125,7 +125,7 @@ def _built(programs: Sequence[Path], given: Mapping[str, Any]) -> Cell:
         try:
             return Cell.build(programs, engine="builtin", watch=watch, **given)
         except InputError as error:
-            if not error.message.startswith("no variable is like"):
+            if not error.message.startswith("no variable matches"):
                 raise
     return Cell.build(programs, engine="builtin", watch=least, **given)
 
