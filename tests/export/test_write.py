@@ -273,6 +273,4 @@ def test_a_folder_of_nothing_else_says_how_to_take_it(plc: Path, capsys: Capture
     assert _export("st", "out/cell.st") == 0
     capsys.readouterr()
     assert main(["run", "out", "--for", "20ms"]) == 2
-    assert "no .st files in this folder; one that `rcx export` has written is taken if you" in (
-        capsys.readouterr().err
-    )
+    assert "contains exported .st files only; name a file to use it" in (capsys.readouterr().err)

@@ -136,7 +136,12 @@ def _pallet(positions: str, first_point: str) -> str:
             "remove",
         ),
         ("[pallets.1]\n[pallets.01]", 1, "'pallets.1' needs positions", ""),
-        ("[real_time_items]\n1 = 'a'\n01 = 'b'", 3, "'real_time_items.01' gives real_time", "remove"),
+        (
+            "[real_time_items]\n1 = 'a'\n01 = 'b'",
+            3,
+            "'real_time_items.01' gives real_time",
+            "remove",
+        ),
         (f"[real_time_items]\n{'9' * 5000} = 'a'", 2, "'real_time_items.999", ""),
         ("[variables]\nSGI1 = 1\nSGI01 = 2", 3, "'variables.SGI01' is given twice", "remove"),
         (f"[variables]\nSGI{'9' * 5000} = 1", 1, "'variables' cannot be 'SGI99", "SGR31"),

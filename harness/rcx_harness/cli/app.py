@@ -128,7 +128,7 @@ class _Commands(TyperGroup):
     """All commands; their list is plain text, for `rich` would double the time that it takes."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write it."""
+        """Write the help page of the command."""
         super(TyperGroup, self).format_help(ctx, formatter)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -104,7 +104,7 @@ def check(
 def _refused(
     tool: Tool, sources: SourceFiles, project: Project, program: list[Path] | None
 ) -> None:
-    """Print what a tool refuses, or may refuse; exit code 1 if anything is certain."""
+    """Print the constructs that a tool (perhaps) refuses; end with 1 if a refusal is certain."""
     found = refused(tool, sources, project, program)
     for one in found:
         print(legible(str(one)))

@@ -195,7 +195,7 @@ def _write_extension(folder: Path) -> None:
 
 
 def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = False) -> Launched:
-    """Build what a client wants to debug.
+    """Build the program or open the recording that a client launches.
 
     `arguments` are those of the client's request: the options of `rcx run` by their names,
     `sources`, `recording` and `cwd`. `given` are the files of the command line, for a client that

@@ -451,7 +451,7 @@ class _Safe:
             self._ever = bool(record.si[_SI_00] & 1)
 
     def told(self, cell: Bench, files: SourceFiles, options: RunOptions) -> str:
-        """Say what has to be set so that the robot leaves its emergency stop; empty if it did."""
+        """Return a hint how the robot leaves its emergency stop; empty if it has left it."""
         names = [] if self._ever else safety_inputs(*files.users)
         left = [name for name in names if cell[name] is False]
         if not left:

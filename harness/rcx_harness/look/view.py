@@ -1,4 +1,4 @@
-"""A file with a recording, of whatever kind, as a page (`rcx view`)."""
+"""A recording (trace or capture) as a page (`rcx view`)."""
 
 from __future__ import annotations
 

@@ -173,11 +173,11 @@ class Arm:
 
     @property
     def frame(self) -> Frame:
-        """Return its coordinates with the selected shift and hand, and the current arm."""
+        """Return the robot's coordinates with the selected shift and hand, and the current arm."""
         return self.frame_with(self.hand_system)
 
     def frame_with(self, hand_system: int) -> Frame:
-        """Return its coordinates with the arm in a hand system: 1 right-handed, 2 left-handed."""
+        """Return the coordinates with the arm in a hand system: 1 right-handed, 2 left-handed."""
         hand = self._memory.hand(self.number, self.settings.hand)
         tool = hand.data[:3]
         kinematics: Kinematics = CARTESIAN
@@ -274,7 +274,7 @@ class Arm:
         return {place: end for place, end in ends if place in ways or end != start[place]}
 
     def shown(self, *, mm: bool) -> tuple[int, ...]:
-        """Return its position as in a response: six axes in pulses or 0.001 mm.
+        """Return the robot's position as in a response: six axes in pulses or 0.001 mm.
 
         Axes that the robot does not have are 0, as in the guide's examples.
         """

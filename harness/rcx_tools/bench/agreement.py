@@ -65,7 +65,7 @@ class _Candidate:
     files: tuple[Path, ...]
 
     def pins(self, sections: Sequence[str]) -> list[tuple[str, Type]]:
-        """Return its variables of some sections."""
+        """Return the variables of some sections."""
         every = self.pou.symbols.values()
         return [(one.name, one.type) for one in every if one.section in sections]
 

@@ -35,7 +35,7 @@ _MORE = """\
 - The telegrams of all remote commands are compared with the manual's own worked examples.
 - FB_MoveTable runs with 7 faults, of 1 and of 15 scans, before each scan of a table. Whenever a
   telegram is on the wire, the displayed row is the row that runs. If the table is continued, each
-  row is executed once and in order: [test_move_table_faults.py](../../tests/motion/test_move_table_faults.py).
+  row is executed once and in order:(../../tests/motion/test_move_table_faults.py).
 - `make lint` checks that every PLC named in the README can compile the Structured Text.
 - `make fuzz` sends broken and hostile frames to the EtherNet/IP adapter.
 

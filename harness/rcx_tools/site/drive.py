@@ -33,7 +33,7 @@ _POSITIONS = "mm"
 
 
 class Runner:
-    """Runner of one job after the other; it also gives the trace of the last run.
+    """Runs jobs in sequence, and returns the trace of the last run.
 
     Args:
         folder: Folder for the files of a job; its old contents are deleted.

@@ -150,7 +150,7 @@ class Trace(Generic[_R]):
             self._file.flush()
 
     def close(self) -> None:
-        """Write out what is buffered and close the file."""
+        """Write the buffered records and close the file."""
         if self._file is not None:
             self._file.close()
             self._file = None

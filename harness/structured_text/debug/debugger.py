@@ -248,7 +248,7 @@ class Debugger:
             self._halt(Stop("step"))
 
     def _halt(self, stop: Stop) -> None:
-        """Stop in the middle of a scan; return if the run goes on from here."""
+        """Stop in the middle of a scan; return when the run continues from here."""
         order = self._stop(stop)
         if not isinstance(order, Forward):
             raise _Leave(order)

@@ -103,7 +103,7 @@ class Form:
         return operands[0] if len(operands) == 1 else f"({f' {self.name} '.join(operands)})"
 
     def takes(self, key: str, count: int) -> bool:
-        """Return whether a call with so many arguments can be written."""
+        """Return whether a call with this number of arguments can be written."""
         if self.is_operator or key in _CHAINED or "..." in self.parameters:
             return True
         return count <= len(self.parameters)

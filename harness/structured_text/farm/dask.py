@@ -254,7 +254,9 @@ def _connected(cluster: Cluster) -> Client:
         socket.create_connection((host, port), cluster.patience_s).close()
         asyncio.run(_greet(cluster, security))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about versions; ours are compared more strictly
+            warnings.simplefilter(
+                "ignore"
+            )  # warnings about versions: this module compares them more strictly
             return Client(
                 cluster.address, security=security, timeout=cluster.patience_s, set_as_default=False
             )

@@ -65,7 +65,7 @@ class Lost(Generic[Item]):
     """The end of the last worker, in words for users."""
 
     def error(self) -> LostError:
-        """Return the same as an error."""
+        """Return the loss as an error to raise."""
         return LostError(
             f"{self.times} workers died while they worked on {self.item!r}: {self.why}",
             hint="check that the memory is enough for all workers, or start fewer",

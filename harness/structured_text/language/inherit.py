@@ -31,7 +31,7 @@ class _Owner:
 
     @property
     def key(self) -> str:
-        """Return its upper-case name."""
+        """Return the upper-case name of the member."""
         return self.node.name.key
 
 

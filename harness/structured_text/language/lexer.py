@@ -1,4 +1,4 @@
-"""The lexer: splits text into tokens and records what is not portable or not valid.
+"""The lexer: splits text into tokens and records constructs that are not portable or not valid.
 
 Three decisions need more than the characters of a token. First, many words are keywords only in
 some places, so that programs may use them as names elsewhere; `words.Context` decides that.

@@ -156,7 +156,7 @@ def _libraries(root: Element, file: Path) -> Iterator[str]:
 
 
 def _below(folder: Path, named: PureWindowsPath) -> Path | None:
-    """Return the file in a folder, whatever the case of its letters in the project; else None."""
+    """Return the file in a folder, ignoring the case of its name, or None."""
     place = folder
     for part in named.parts:
         step = place / part

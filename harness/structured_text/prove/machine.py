@@ -492,7 +492,7 @@ class _Ends:
         return values.choose(values.compare(">", step, 0, kind), up, down, _BOOL)
 
     def last(self) -> Bool:
-        """Return the condition, after a round, under which the loop goes on; step a FOR counter."""
+        """Step a FOR counter, and return the condition under which the loop continues."""
         node = self._node
         if isinstance(node, t.Repeat):
             return negated(self._machine.expressions.exact(node.condition))

@@ -148,7 +148,7 @@ class Status:
 
 
 def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: bool = True) -> str:
-    """Return how many packets were dropped for which reason; empty if none were.
+    """Return the number of dropped packets for each reason; empty if no packet was dropped.
 
     `drops` are numbers for each `Drop`, in their order, that replace those of the status. With
     `numbers` the text has the numbers, too.

@@ -284,7 +284,7 @@ class Scanner(Closing):
         self.shared.sending_ends_us = 0 if valid_us is None else now_us() + valid_us
 
     def read(self) -> Received:
-        """Return what has been received so far, and whether packets still arrive."""
+        """Return the last received data, and whether packets still arrive."""
         # The cyclic process writes in the reverse order. The state is read first: when it is RUN,
         # time and image of a packet are already written. The image is read last, so it is not
         # older than its time.
@@ -295,7 +295,7 @@ class Scanner(Closing):
         return Received(image, age_us, connected)
 
     def drops(self) -> str:
-        """Return for which reasons packets were dropped, in words; empty if none were."""
+        """Return the reasons for dropped packets, in words; empty if no packet was dropped."""
         return drops_text(self.shared.status(), numbers=False)
 
     def statistics(self) -> ScannerStatistics:

@@ -62,7 +62,7 @@ class Recording:
             if si is not None and so and word(si, 0) == READY == word(so, 0):
                 return t_us
         raise InputError(
-            "a remote command is under way from its beginning to its end",
+            "the recording has no moment without a remote command",
             hint="record longer, or from before the PLC connects",
         )
 

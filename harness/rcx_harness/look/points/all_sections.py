@@ -24,7 +24,7 @@ def is_all(file: Path) -> bool:
 
 
 def from_file(file: Path) -> tuple[Stored, list[str]]:
-    """Return the stored data of a TOML or .ALL file, and what was passed over in it.
+    """Return the stored data of a TOML or .ALL file, and the skipped parts of it.
 
     Raises:
         InputError: it cannot be read, or it has none of these data.

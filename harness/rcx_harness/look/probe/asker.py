@@ -293,7 +293,7 @@ class Asker:
                 return
 
     def drop(self, us: int) -> None:
-        """Fall silent for so long, until the controller has lost us."""
+        """Send nothing until the controller has detected the loss of its master."""
         self.line.drop()
         self.line.wait(us)
 

@@ -54,7 +54,7 @@ class Brought:
 
 
 def brought(file: Path, table: dict[str, Any]) -> Brought:
-    """Return what the other files of a robot file bring; `data_file` is taken out of `table`.
+    """Return the keys from the files that a robot file names; remove `data_file` from `table`.
 
     Raises:
         InputError: a file cannot be read, or the first error in it.

@@ -90,7 +90,7 @@ class _Linker:
             self._statement(line.statement)
 
     def finish(self) -> list[tuple[int, InputError]]:
-        """Check what has no end, resolve all labels, and return all errors."""
+        """Report blocks without an end, resolve all labels, and return all errors."""
         for block in self._blocks:
             self._line = block.line
             self._error(f"this {block.kind} has no {_ENDS[block.kind]}", f"add {_ENDS[block.kind]}")
@@ -308,7 +308,7 @@ class _Linker:
                     todo += calls.get(other, ())
             if name in reached:
                 self._line = self.code[sub.at].line if sub.at < len(self.code) else self._line
-                self._error(f"SUB {name} calls itself", "a SUB cannot be called again in itself")
+                self._error(f"SUB {name} calls itself", "use a loop instead")
 
     def _calls_of(self, sub: Subroutine) -> Iterator[str]:
         others = [other.at for other in self.subs.values() if other.at > sub.at]

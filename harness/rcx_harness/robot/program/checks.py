@@ -19,7 +19,7 @@ _OF_PATHS = ("S", "SPEED", "DSPEED", "VEL", "ACC", "DEC")
 
 
 def problems(program: Program, size: int, programs: Collection[str] = ()) -> list[InputError]:
-    """Return what cannot work, in the order of the lines.
+    """Return the errors that no run can avoid, in the order of the lines.
 
     Args:
         program: The program.

@@ -107,7 +107,7 @@ def _parsed(text: str) -> Node:
 
 
 def _missing(error: UnexpectedInput) -> str:
-    """Return what a statement lacks at its end; empty if it has something that does not fit."""
+    """Return the missing end of a statement; empty if the statement has a wrong part instead."""
     if not isinstance(error, UnexpectedToken) or error.token.type != "$END":
         return ""
     possible = error.accepts or set()

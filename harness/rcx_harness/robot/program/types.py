@@ -74,7 +74,7 @@ class _Checker:
             self._error(f"{wanted} is needed here, but this is {given}", hint)
 
     def type_of(self, node: Node) -> str:
-        """Return the type of an expression, or an empty text; note what is wrong in it."""
+        """Return the type of an expression, or an empty text; record its errors."""
         kind, args = node.kind, node.args
         if kind == "text":
             return _TEXT

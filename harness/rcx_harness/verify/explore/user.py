@@ -285,12 +285,12 @@ class _Program(World[Choice]):
         self._image.put(small.area(self._settings.size), small.link)
 
     def _get(self, small: Small, now_us: int) -> tuple[Wire, list[str]]:
-        """Return what the program has written, and the rules that it has broken."""
+        """Return the bytes that the program has written, and the rules that it has broken."""
         self._areas = so, si = small.area(self._settings.size), self._image.get()
         return Wire.of(si), self._monitors.scan(now_us, so, si, connected=small.link)
 
     def _exchanged(self) -> Sequence[tuple[bytes, bytes]]:
-        """Return what the program has read and written in the last scan."""
+        """Return the areas that the program has read and written in the last scan."""
         return (self._areas,)
 
     def _stopped(self, error: InputError) -> str:

@@ -59,7 +59,7 @@ class Run:
 
     @property
     def timeline(self) -> Timeline:
-        """Return its chart."""
+        """Return the chart of the run."""
         return _Lanes(self.lanes)
 
 

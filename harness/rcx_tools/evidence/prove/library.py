@@ -74,7 +74,7 @@ class Library:
 
     @cached_property
     def project(self) -> Project:
-        """Return its checked sources.
+        """Return the checked sources of the library.
 
         Raises:
             InputError: the folder does not exist, or a source has an error.

@@ -40,7 +40,7 @@ _ABOUT = (
 
 
 def to_l5x(sources: Sources) -> Output:
-    """Write the sources as one L5X file; `missing` lists what has no counterpart."""
+    """Write the sources as one L5X file; `missing` lists the parts without a counterpart."""
     project = sources.project
     lost: list[Missing] = []
     arrays = {sources.names.byte_image: "SINT", sources.names.word_image: "INT"}
