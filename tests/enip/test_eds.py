@@ -224,7 +224,9 @@ def test_an_existing_sheet_is_replaced_only_with_force(tmp_path: Path, capsys: C
     file = tmp_path / "main.st"
     file.write_text("mine")
     assert main(["eds", str(file)]) == 2
-    assert capsys.readouterr().err == (f"rcx: {file}: is there already; --force writes over it\n")
+    assert capsys.readouterr().err == (
+        f"rcx: {file}: already exists; use --force to overwrite it\n"
+    )
     assert file.read_text() == "mine"
     assert main(["eds", str(file), "--force"]) == 2, "no sheet is replaced by one"
     assert file.read_text() == "mine"

@@ -80,14 +80,17 @@ def test_a_body_that_is_no_event_is_refused_in_one_message(body: bytes, message:
 @pytest.mark.parametrize(
     ("header", "message"),
     [
-        ("Content-Type: application/json; charset=nonsense", "the charset 'nonsense' is not taken"),
-        ("Content-Type: text/plain; charset=rot13", "the charset 'rot13' is not taken"),
-        ("Content-Type: text/plain; charset=hex", "the charset 'hex' is not taken"),
-        ("Content-Type: text/plain; charset=utf-16", "the charset 'utf-16' is not taken"),
+        (
+            "Content-Type: application/json; charset=nonsense",
+            "the charset 'nonsense' is not accepted",
+        ),
+        ("Content-Type: text/plain; charset=rot13", "the charset 'rot13' is not accepted"),
+        ("Content-Type: text/plain; charset=hex", "the charset 'hex' is not accepted"),
+        ("Content-Type: text/plain; charset=utf-16", "the charset 'utf-16' is not accepted"),
         ("Content-Type: text/plain; charset=" + "x" * 3000, "the charset 'xxxxxxxxxxxxxxxxxxxx'"),
-        ("Content-Encoding: gzip", "a packed request is not taken"),
-        ("Content-Encoding: deflate", "a packed request is not taken"),
-        ("Content-Encoding: foo", "a packed request is not taken"),
+        ("Content-Encoding: gzip", "a compressed request is not accepted"),
+        ("Content-Encoding: deflate", "a compressed request is not accepted"),
+        ("Content-Encoding: foo", "a compressed request is not accepted"),
     ],
 )
 def test_another_encoding_is_refused(header: str, message: str) -> None:

@@ -1,4 +1,4 @@
-"""The lexer: splits text into tokens and records what is not portable or not valid.
+"""The lexer: splits text into tokens and records constructs that are not portable or not valid.
 
 Three decisions need more than the characters of a token. First, many words are keywords only in
 some places, so that programs may use them as names elsewhere; `words.Context` decides that.
@@ -208,8 +208,8 @@ class _Lexer:
                 kind = PUNCTUATION[value]
             elif kind == "IDENT":
                 if len(value) > _LONGEST_NAME:
-                    text = f"a name of {len(value):,} characters: {value[:_SHOWN]}..."
-                    self._refuse(text, offset, f"the limit is {_LONGEST_NAME:,}")
+                    text = f"this name has {len(value):,} characters: {value[:_SHOWN]}..."
+                    self._refuse(text, offset, f"use at most {_LONGEST_NAME:,}")
                     value = value[:_SHOWN]
                 word = value.upper()
                 if word in _SPELLINGS:
@@ -248,7 +248,7 @@ class _Lexer:
             elif kind in ("INTEGER", "REALNUM"):
                 if text[behind : behind + 1].isalnum():
                     hint = "write reals as 1.0E3, hexadecimal as 16#FF"
-                    self._refuse("a malformed number", offset, hint)
+                    self._refuse("this number is malformed", offset, hint)
                 elif kind == "REALNUM" and "." not in value:
                     self._note("a number such as 1E3", offset)
             if kind == "SEMICOLON":
@@ -369,7 +369,7 @@ class _Lexer:
     def _unknown(self, kind: str, value: str, offset: int) -> None:
         """Report characters that do not begin any token."""
         if kind == "pragma":
-            self._refuse("a } without {", offset, "remove it")
+            self._refuse("this } has no {", offset, "remove it")
         elif value in ("'", '"'):
             hint = f"end it with {value} on the same line"
             self._refuse("this string is never closed", offset, hint)

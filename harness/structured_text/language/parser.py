@@ -55,13 +55,13 @@ class _Detailed:
     items: tuple[tuple[s.Expression, s.Expression | None], ...]
 
     def of_type(self, builder: _Builder) -> s.EnumSpec:
-        """Return its meaning in a TYPE: an enumeration with a base type."""
+        """Return the meaning of the brackets in a TYPE: an enumeration with a base type."""
         members = [(item, value) for item, value in self.items if isinstance(item, s.Name)]
         base = s.NamedSpec(self.name, self.name.at)
         return builder.enumeration(members, base, self.name.at)
 
     def of_variable(self) -> s.NamedSpec:
-        """Return its meaning elsewhere: a block with initial arguments."""
+        """Return the meaning of the brackets outside a TYPE: a block with initial arguments."""
         arguments = tuple(
             s.Argument(item, value, False, item.at)
             if value is not None and isinstance(item, s.Name)

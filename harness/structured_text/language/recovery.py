@@ -205,7 +205,7 @@ class _Run:
     def _too_many(self, at: int) -> InputError:
         token = self._found[at] if at < len(self._found) else self._end
         text = f"{MOST_MISTAKES} mistakes in this file up to here; the rest was not read"
-        return self._error(text, token, "is this Structured Text?")
+        return self._error(text, token, "check that this is Structured Text")
 
     def _mistake(self, error: UnexpectedToken, at: int) -> InputError:
         token = self._found[at] if at < len(self._found) else self._end
