@@ -150,7 +150,10 @@ def _compile(sources: SourceFiles, project: Project | None, faulty: Sequence[Pla
         return "; no PROGRAM among them, nothing for matiec to compile"
     from structured_text.engines.matiec.program import MatiecProgram
 
-    MatiecProgram.build(load(sources.all), matiec, compiler).close()
+    try:
+        MatiecProgram.build(load(sources.all), matiec, compiler).close()
+    except InputError as error:
+        return f"; the built-in engine runs it, matiec does not: {error}"
     from structured_text.engines.matiec.faults import is_new
 
     other = "old" if is_new(matiec) else "new"

@@ -123,7 +123,7 @@ def explain_code(error: RefusedCodeError, project: Project) -> InputError:
     unit = next((unit for unit in project.units if unit.name.upper() == error.pou), None)
     said = error.reason.split("error: ", 1)[-1]
     return InputError(
-        f"matiec makes C code that does not compile{f' of {pou.name}' if pou else ''}: {said}",
+        f"matiec makes C code{f' of {pou.name}' if pou else ''} that does not compile: {said}",
         file=unit.file if unit else None,
         line=unit.line if unit else None,
         hint="this is a fault of matiec: write it another way, or use --engine builtin",
