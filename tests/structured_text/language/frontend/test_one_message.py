@@ -26,7 +26,8 @@ _STATEMENTS = [
     ("CASE I OF\n1: IF B THEN I := 2;\nEND_CASE;", 4, 4, _IF,
      "write END_IF before the END_CASE of line 5"),
     ("REPEAT\n IF B THEN I := 2; END_IF;\nUNTIL B", 3, 1,
-     "the REPEAT of this line has no END_REPEAT", "write END_REPEAT before the END_PROGRAM of line 6"),
+     "the REPEAT of this line has no END_REPEAT",
+     "write END_REPEAT before the END_PROGRAM of line 6"),
     # ELSE IF.
     ("IF B THEN\n I := 1;\nELSE IF I = 2 THEN\n I := 3;\nEND_IF;", 5, 1,
      "ELSE IF opens a second IF, so the IF of line 3 has no END_IF", "write ELSIF"),
