@@ -147,7 +147,7 @@ class _Run:
             behind = at
             if wrong:
                 return at + 1
-            if "SEMICOLON" in self._parser.accepts():  # type: ignore[no-untyped-call]
+            if word != "END_VAR" and "SEMICOLON" in self._parser.accepts():  # type: ignore[no-untyped-call]
                 self._state.feed_token(self._semicolon(token))
         return behind
 

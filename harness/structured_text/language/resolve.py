@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from ctypes import c_float
 from typing import Any
 
-from structured_text.errors import InputError
+from structured_text.errors import InputError, did_you_mean, similar
 from structured_text.language import syntax as s
 from structured_text.language.constants import NotConstantError, constant, evaluate, member
 from structured_text.language.extent import Extents
@@ -280,9 +280,10 @@ class Types:
             raise ConsequenceError(f"the declaration of {name} has an error")
         if key in UNSUPPORTED:
             raise where.error(f"the block {name} is not supported", spec.at)
-        raise where.error(
-            f"there is no type {name}", spec.at, "name its file, too, or check the spelling"
-        )
+        own = [*self.registry.types.values(), *self.registry.pous.values()]
+        names = [*(one.node.name.text for one in own), *ELEMENTARY, *BLOCKS]
+        hint = did_you_mean(similar(name, names)) or "name its file, too, or check the spelling"
+        raise where.error(f"there is no type {name}", spec.at, hint)
 
     def _nameless(
         self, spec: s.EnumSpec | s.StructSpec, where: Declared, owner: str

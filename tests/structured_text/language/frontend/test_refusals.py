@@ -200,7 +200,7 @@ _DECLARATIONS = [
     ("VAR_EXTERNAL A : INT; END_VAR", 2, "there is no global variable A"),
     ("VAR_ACCESS A : INT; END_VAR", 2, "VAR_ACCESS is not supported"),
     ("VAR A : INT END_VAR", 2, "a ';' is missing"),
-    ("VAR A : INT; ", 3, "is not expected here"),
+    ("VAR A : INT; ", 2, "the VAR section has no END_VAR"),
 ]
 
 
