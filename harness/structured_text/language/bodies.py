@@ -14,12 +14,13 @@ from structured_text.language.expression_checker import ExpressionChecker
 from structured_text.language.functions import same_text
 from structured_text.language.methods import NOTHING
 from structured_text.language.objects import START
+from structured_text.language.parser import ACTION, CLASS
 from structured_text.language.references import PLACES, place_of
 from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from structured_text.language.standard import BLOCKS, reserved
-from structured_text.language.starting import Start, start_call, starting
+from structured_text.language.starting import Start, start_calls, starting
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -120,15 +121,15 @@ class _Statements:
             return self._chain(node)
         if isinstance(node, s.CallStatement):
             return self._call(node)
+        if isinstance(node, Start):
+            return start_calls(node, self._expressions)
         return (self._statement(node),)
 
-    def _statement(self, node: s.Statement | Start) -> t.Statement:
+    def _statement(self, node: s.Statement) -> t.Statement:
         if isinstance(node, s.Assign):
             return self._assign(node.target, node.value, node.at)
         if isinstance(node, s.Latch):
             return self._bind(node) if node.op == "REF" else self._latch(node)
-        if isinstance(node, Start):
-            return start_call(node, self._expressions)
         if isinstance(node, s.If):
             branches = tuple(
                 (self._condition(condition), self.block(body)) for condition, body in node.branches
@@ -243,6 +244,8 @@ class _Statements:
         Outputs that go to a bit or to a wider type are assigned in statements behind the call.
         """
         callee = self._expressions.methods.bare(node.callee)
+        if node.bare:
+            return self._named(replace(node, callee=callee))
         if isinstance(callee, s.This) and callee.above:
             return [self._calls.base(node)]
         method = self._expressions.methods.call(replace(node, callee=callee), value=False)
@@ -272,6 +275,34 @@ class _Statements:
             self._made.append(pin)
             behind.append(self._assign(one.value, pin, node.at))  # type: ignore[arg-type]
         return [found_call, *behind]
+
+    def _named(self, node: s.CallStatement) -> list[t.Statement]:
+        """Return the meaning of a name as a statement.
+
+        An ACTION is called, and a property is read. Any other variable is not changed, so there is
+        no statement. A method needs parentheses (compiler error C0130 of CODESYS and TwinCAT).
+        """
+        callee, methods = node.callee, self._expressions.methods
+        found = methods.called(callee)
+        if found is not None and ACTION in found[1].words:
+            call = methods.call(node, value=False)
+            assert call is not None
+            return [t.Evaluate(call, node.at)]
+        if found is not None:
+            text = f"the method {found[1].name} is named without parentheses"
+            raise self._scope.error(text, node.at, "call it with ()")
+        if isinstance(callee, s.Part):
+            self._expressions.part(callee)
+            return []
+        if isinstance(callee, s.Name) and not self._expressions.is_variable(callee):
+            pou = self._scope.declarations.pous.get(callee.key)
+            if pou is not None or reserved(callee.key):
+                text = f"{callee.text} is named without parentheses"
+                raise self._scope.error(text, node.at, "call it with ()")
+        if self._expressions.is_member(callee):
+            return []
+        value = self._expressions.variable(callee)
+        return [t.Evaluate(value, node.at)] if isinstance(value, t.CallMethod) else []
 
     def _is_later(self, callee: s.Variable, argument: s.Argument) -> bool:
         """Return whether an output goes to a bit or a wider type."""
@@ -418,6 +449,10 @@ class _BlockCalls:
                     f"the result of {callee.text} is not used", callee.at, "assign it"
                 )
         found = self._expressions.variable(callee)
+        of_block = self._scope.declarations.pous.get(found.type.name.upper())
+        if of_block is not None and CLASS in of_block.words:
+            text = f"{of_block.name} is a CLASS and has no body"
+            raise self._scope.error(text, callee.at, "call one of its methods")
         if not isinstance(found.type, BlockType):
             raise self._scope.error(
                 f"a {describe(found.type)} cannot be called; only blocks can", callee.at

@@ -15,6 +15,7 @@ from structured_text.language.constants import NotConstantError
 from structured_text.language.inherit import Inheritance
 from structured_text.language.later import Later, Part
 from structured_text.language.objects import INIT
+from structured_text.language.parser import CLASS
 from structured_text.language.registry import Declared, Registry
 from structured_text.language.resolve import Types
 from structured_text.language.scalars import WIDTH
@@ -300,6 +301,8 @@ class Declarations(Types):
                 parts=parts,
                 retain=section.qualifier == "RETAIN",
                 area=area,
+                access=self._access(section, where),
+                owner=where.node.name.key,
             )
             for name in node.names
         ]
@@ -326,6 +329,17 @@ class Declarations(Types):
         where.note("an array of open length", spec.at)
         element, _ = self.resolve(spec.element, where)
         return ArrayType("", tuple((0, 0) for _ in stars), element, open=True)
+
+    @staticmethod
+    def _access(section: s.Section, where: Declared) -> str:
+        """Return who may use the variables of a section: PRIVATE, PROTECTED, or empty for all.
+
+        A VAR of a CLASS is PROTECTED unless it says otherwise (IEC 61131-3, edition 3, 6.6.5).
+        """
+        node = where.node
+        is_class = isinstance(node, s.Pou) and CLASS in node.words and section.kind == "VAR"
+        word = section.access or ("PROTECTED" if is_class else "")
+        return word if word in ("PRIVATE", "PROTECTED") else ""
 
     def _check_block(
         self, node: s.VarDecl, section: s.Section, pou: str, constant: bool, where: Declared

@@ -98,6 +98,7 @@ class ExpressionChecker:
         if isinstance(node, s.Name):
             symbol = self.scope.symbol(node.key)
             if symbol is not None:
+                self._check_access(symbol, node.at)
                 return t.Use(symbol, symbol.type)
             if self.methods.is_own_property(node.key):
                 return self.methods.own_property(node)
@@ -216,6 +217,12 @@ class ExpressionChecker:
         self.scope.note("a member with the name of its enumeration", node.at)
         return member(kind, node.name, self.scope.where)
 
+    def is_member(self, node: s.Variable) -> bool:
+        """Return whether a variable as written is a member of an enumeration."""
+        if isinstance(node, s.Name) and not self.is_variable(node):
+            return node.key in self.scope.registry.members
+        return self.member_of(node) is not None
+
     def part(self, node: s.Part) -> tuple[t.Variable, t.Expression, int, ElementaryType]:
         """Return the parts of an access to a bit or part of a variable.
 
@@ -277,8 +284,11 @@ class ExpressionChecker:
             if pin_name(kind, key) != key:
                 key = pin_name(kind, key)
                 self.scope.note("another name of a pin", node.name.at, f"{node.name.key} is {key}")
+            declared = self.scope.declarations.pous.get(kind.name.upper())
             for pin in kind.variables:
                 if pin.name.upper() == key:
+                    if declared is not None and key in declared.symbols:
+                        self._check_access(declared.symbols[key], node.name.at)
                     if pin.section in ("VAR_IN_OUT", "VAR_EXTERNAL", "VAR_TEMP"):
                         raise self.scope.error(
                             f"{pin.name} is internal to {kind.name}", node.name.at
@@ -293,6 +303,21 @@ class ExpressionChecker:
         else:
             raise self.scope.error(f"a {describe(kind)} has no members", node.name.at)
         raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, near)
+
+    def _check_access(self, symbol: t.Symbol, at: s.Position) -> None:
+        """Raise InputError if a PRIVATE or PROTECTED variable is used outside of its block."""
+        here = self.scope.block
+        if not symbol.access or (here is not None and here.name.upper() == symbol.owner):
+            return
+        owner = self.scope.declarations.pous.get(symbol.owner)
+        inside = here is not None and owner is not None and owner.block is not None
+        if inside and symbol.access == "PROTECTED":
+            assert here is not None
+            assert owner is not None
+            if self.scope.declarations.objects.is_a(here.block, owner.block):
+                return
+        name = owner.name if owner is not None else symbol.owner
+        raise self.scope.error(f"{name}.{symbol.name} is {symbol.access}", at)
 
     def _element(self, base: t.Variable, node: s.Index) -> t.Index:
         if type_name(base.type) in ANY_STRING:

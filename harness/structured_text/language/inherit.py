@@ -249,7 +249,12 @@ class Inheritance:
         at = self._at(owner, name)
         if "FINAL" in inherited.words:
             self._report(owner.where.error(f"{inherited.name} is FINAL", at))
-        if _signature(method) != _signature(inherited):
+        if name == INIT.upper():
+            if not _extends(method, inherited):
+                text = f"{method.name} must begin with the parameters of {inherited.name}"
+                hint = "its own parameters come behind them"
+                self._report(owner.where.error(text, at, hint))
+        elif _signature(method) != _signature(inherited):
             text = f"{method.name} has other parameters than {inherited.name}"
             self._report(owner.where.error(text, at, "names, types and result must be the same"))
 
@@ -295,6 +300,19 @@ def _methods_of(node: s.Pou) -> Iterator[s.Method]:
             yield member
         else:
             yield from (one for one in (member.getter, member.setter) if one is not None)
+
+
+def _extends(method: Pou, inherited: Pou) -> bool:
+    """Return whether the inputs of an `INIT` begin with those of the base's.
+
+    The base's gets its arguments by position, so only their types must be the same. An `INIT` may
+    leave out its result and the standard parameters' names.
+    """
+    own, base = (
+        [describe(one.type).upper() for one in each.section("VAR_INPUT")]
+        for each in (method, inherited)
+    )
+    return own[: len(base)] == base
 
 
 def _signature(method: Pou) -> tuple[object, ...]:

@@ -30,7 +30,9 @@ _GROUPS = (
     *("ACTION", "CASE", "CONFIGURATION", "FOR", "FUNCTION", "FUNCTION_BLOCK", "IF", "PROGRAM"),
     *("REPEAT", "RESOURCE", "STRUCT", "TYPE", "UNION", "VAR", "WHILE"),
 )
-_SECTIONS = ("EXTERNAL", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT", "STAT", "TEMP")
+_SECTIONS = (
+    *("CONFIG", "EXTERNAL", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT", "STAT", "TEMP"),
+)
 KEYWORDS = frozenset(
     (
         *_GROUPS,
@@ -87,8 +89,7 @@ _UNSUPPORTED = {
         ("STEP", "INITIAL_STEP", "END_STEP", "TRANSITION", "END_TRANSITION"),
         "Sequential Function Chart",
     ),
-    "CLASS": "classes; write a FUNCTION_BLOCK",
-    **dict.fromkeys(("VAR_ACCESS", "VAR_CONFIG"), "access paths"),
+    "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
 #: Text behind such a word if it is the keyword and not a variable of that name.

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from ctypes import c_float
+from dataclasses import replace
 from typing import Any
 
 from structured_text.errors import InputError
@@ -249,6 +250,12 @@ class Types:
             return reference, None
         if not isinstance(spec, s.NamedSpec):
             return self._nameless(spec, where, owner)
+        if spec.empty:
+            kind, initial = self.resolve(replace(spec, empty=False), where, owner)
+            if not isinstance(kind, BlockType):
+                text = f"a {describe(kind)} takes no arguments in ( )"
+                raise where.error(text, spec.at, "remove the ( )")
+            return kind, initial
         space, _, key = spec.name.key.rpartition(".")
         name = spec.name.text[-len(key) :]
         if space and space not in self.registry.namespaces:
