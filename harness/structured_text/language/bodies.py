@@ -29,6 +29,7 @@ from structured_text.language.types import (
     Type,
     Variable,
     has_block,
+    integer_name,
     type_name,
 )
 from structured_text.language.values import describe
@@ -208,10 +209,11 @@ class _Statements:
                 count = t.Constant(first, ELEMENTARY["INT"])
                 part = t.Standard("SHL", (part, count), whole)
             changed = t.Binary("OR", others, part, whole)
-        if base.type != whole:
-            changed = t.Standard(
-                f"{type_name(whole)}_TO_{type_name(base.type)}", (changed,), base.type
-            )
+        name = integer_name(base.type)
+        if name != type_name(whole):
+            changed = t.Standard(f"{type_name(whole)}_TO_{name}", (changed,), ELEMENTARY[name])
+        if isinstance(base.type, EnumType):
+            changed = t.Standard("MOVE", (changed,), base.type)
         return t.Assign(base, changed, at)
 
     def _chain(self, node: s.AssignChain) -> list[t.Statement]:
@@ -314,7 +316,10 @@ class _Statements:
             return False
         pin = pin_of(block, argument.name.text)
         found = self._expressions.infer(value)
-        return pin is not None and found is not None and widens(pin.type, found)
+        if pin is None or found is None:
+            return False
+        numbers = isinstance(pin.type, EnumType) or isinstance(found, EnumType)
+        return widens(pin.type, found) or (numbers and pin.type != found)
 
     def _write(self, variable: t.Variable) -> None:
         root = root_of(variable)
@@ -324,6 +329,11 @@ class _Statements:
     def _for(self, node: s.For) -> t.For:
         counter = self._target(node.counter)
         kind = counter.type
+        if isinstance(kind, EnumType) and isinstance(counter, (t.Use, t.Member, t.Index, t.Deref)):
+            # The loop counts the number; no other node says that the variable holds a member.
+            self._scope.note("an enumeration as a number", node.counter.at)
+            kind = ELEMENTARY[kind.base]
+            counter = replace(counter, type=kind)
         if not isinstance(counter, t.Use):
             self._scope.note("a FOR counter that is not a plain variable", node.counter.at)
         if type_name(kind) in ANY_BIT and kind != BOOL:
@@ -465,9 +475,12 @@ class _BlockCalls:
             raise self._scope.error(
                 f"the VAR_IN_OUT {pin.name} of {block.name} needs a variable", argument.at
             )
-        objects, is_block = self._scope.declarations.objects, isinstance(pin.type, BlockType)
+        declarations, is_block = self._scope.declarations, isinstance(pin.type, BlockType)
         found = self._expressions.variable(value) if is_block else self._expressions.writable(value)
-        below = is_block and objects.is_a(found.type, pin.type)
+        below = is_block and declarations.objects.is_a(found.type, pin.type)
+        if declarations.derives(found.type, pin.type):
+            self._scope.note("a structure as its base", argument.at)
+            below = True
         below = below or fills(found.type, pin.type)
         if found.type != pin.type and not same_text(found.type, pin.type) and not below:
             raise self._scope.error(

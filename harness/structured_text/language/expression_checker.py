@@ -48,6 +48,7 @@ from structured_text.language.types import (
     ReferenceType,
     StructType,
     Type,
+    integer_name,
     type_name,
 )
 from structured_text.language.values import describe
@@ -232,14 +233,16 @@ class ExpressionChecker:
             The variable, the variable as a bit string, the first bit, and the type of the part.
         """
         base = self.variable(node.base)
-        name = type_name(base.type)
+        name = integer_name(base.type)
         if name not in WIDTH:
             raise self.scope.error(f"a {describe(base.type)} has no bits", node.at)
+        if isinstance(base.type, EnumType):
+            self.scope.note("an enumeration as a number", node.at)
         kind = ELEMENTARY[_PARTS[node.size]]
         size = WIDTH.get(kind.name, 1)
         if (node.number + 1) * size > WIDTH[name]:
             raise self.scope.error(f"a {name} has no {kind.name} {node.number}", node.at)
-        return base, self.bits(base), node.number * size, kind
+        return base, self.bits(self.fitting.based(base)), node.number * size, kind
 
     @staticmethod
     def bits(value: t.Expression) -> t.Expression:
@@ -333,6 +336,8 @@ class ExpressionChecker:
         indices = []
         for index, (low, high) in zip(node.indices, kind.bounds, strict=True):
             index_type = self.infer(index) or ELEMENTARY["DINT"]
+            if isinstance(index_type, EnumType):
+                index_type = ELEMENTARY[index_type.base]
             if type_name(index_type) in ANY_BIT and type_name(index_type) != "BOOL":
                 self.scope.note("arithmetic of bit strings", index.at, "an index")
                 index_type = self.operators.number(index_type)

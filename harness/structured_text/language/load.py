@@ -281,7 +281,12 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
     project = _resolve(sources, found, whole=not errors)
     found = _causes(found, sources)
     # Declarations in an unreadable file are unknown to the other files.
-    errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]
+    unread = {(one.file, one.line) for one in errors}
+    errors += [
+        one
+        for one in found
+        if not ((missing or (one.file, one.line) in unread) and _UNKNOWN.match(one.message))
+    ]
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
     errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))

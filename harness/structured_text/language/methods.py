@@ -11,7 +11,7 @@ from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.types import BlockType, ElementaryType, InterfaceType, Type
 from structured_text.language.values import describe
-from structured_text.language.widening import widens
+from structured_text.language.widening import same_number, widens
 from structured_text.output.limits import MOST_LEVELS
 
 __all__ = ["NOTHING", "Methods"]
@@ -287,6 +287,13 @@ class Methods:
         found = self._all.variable(value) if read else self._all.writable(value)
         fits = found.type == symbol.type or (block and self._objects.is_a(found.type, symbol.type))
         fits = fits or fills(found.type, symbol.type)
+        if symbol.section == "VAR_IN_OUT":
+            if self._scope.declarations.derives(found.type, symbol.type):
+                self._scope.note("a structure as its base", argument.at)
+                fits = True
+        if symbol.section == "VAR_OUTPUT" and same_number(symbol.type, found.type):
+            self._scope.note("an enumeration as a number", argument.at)
+            fits = True
         if symbol.section == "VAR_OUTPUT" and widens(symbol.type, found.type):
             self._scope.note("an implicit conversion", argument.at, f"the output {symbol.name}")
             fits = True

@@ -6,6 +6,7 @@ statements. Each method is named after its rule, so most methods have no docstri
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -430,6 +431,8 @@ class _Builder(Statements):
         )
 
 
+#: Attributes of an enumeration that matter here.
+_ATTRIBUTE = re.compile(r"attribute\s+'(strict|to_string)'")
 _ACCESS = frozenset(("PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"))
 _LITERALS = ("INTEGER", "REALNUM", "STRING", "TYPED")
 #: Cached parser tables. Building them takes longer than parsing the library.
@@ -575,6 +578,11 @@ def _named(
                     )
                 )
             continue
+        if isinstance(one, s.TypeDecl) and isinstance(one.spec, s.EnumSpec):
+            begin = result[-1].at if result else s.Position(1, 1)
+            said = " ".join(pragma.text for pragma in pragmas if begin <= pragma.at < one.at)
+            given = frozenset(_ATTRIBUTE.findall(said.lower()))
+            one = replace(one, spec=replace(one.spec, attributes=given))
         if isinstance(one, s.GlobalList):
             begin = result[-1].at if result else s.Position(1, 1)
             qualified = any(

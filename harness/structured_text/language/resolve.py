@@ -66,6 +66,7 @@ class Types:
         sections: The sections of that POU.
         views: Whether memory is read as another type; see `Project`.
         extents: The sizes of types, for the limits.
+        extended: The structure that a structure extends, by upper-case name.
     """
 
     def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
@@ -81,6 +82,7 @@ class Types:
         self.sections: list[tuple[s.Section, Declared]] = []
         self.views = False
         self.extents = Extents()
+        self.extended: dict[str, str] = {}
         self._under_way: set[str] = set()
         self._listed: dict[str, tuple[s.VarDecl, Declared]] | None = None
         self._pended: dict[str, Constant | InputError | None] = {}
@@ -146,7 +148,7 @@ class Types:
             seen.add(one.key)
         names = tuple(one.text for one in spec.members)
         if not spec.explicit and spec.base is None:
-            return EnumType(name, names), 0
+            return EnumType(name, names, attributes=spec.attributes), 0
         base = ELEMENTARY["INT"]
         if spec.base is not None:
             found, _ = self.resolve(spec.base, where)
@@ -168,7 +170,7 @@ class Types:
         low, high = INT_RANGE[base.name]
         if not all(low <= value <= high for value in values):
             raise where.error(f"a member is outside {base.name} ({low} to {high})", spec.at)
-        return EnumType(name, names, tuple(values), base.name), values[0]
+        return EnumType(name, names, tuple(values), base.name, spec.attributes), values[0]
 
     def _structure(
         self, name: str, spec: s.StructSpec, where: Declared, base: s.Name | None = None
@@ -180,6 +182,7 @@ class Types:
             known = self.type_named(last_name(base))
             if not isinstance(known, StructType):
                 raise where.error(f"{base.text} is not a structure of these sources", base.at)
+            self.extended[name.upper()] = last_name(base)
             fields += known.fields
             seen.update(field.upper() for field, _ in fields)
             values.update(self.initial[last_name(base)])
@@ -211,6 +214,17 @@ class Types:
         if has_address(kind):
             text = f"a field of a UNION cannot be a {describe(kind)}"
             raise where.error(text, node.at, "only data lies in one memory with other data")
+
+    def derives(self, have: Type, want: Type) -> bool:
+        """Return whether a structure extends another one, directly or indirectly."""
+        if not isinstance(have, StructType) or not isinstance(want, StructType):
+            return False
+        key = have.name.upper()
+        while key in self.extended:
+            key = self.extended[key]
+            if key == want.name.upper():
+                return True
+        return False
 
     def _array(self, name: str, spec: s.ArraySpec, where: Declared) -> tuple[Type, Any]:
         bounds = []

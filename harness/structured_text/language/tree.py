@@ -246,7 +246,7 @@ class Null:
 
 @dataclass(frozen=True)
 class Valid:
-    """The test whether a reference refers to a variable."""
+    """The test whether a reference, or a VAR_IN_OUT of a block, refers to a variable."""
 
     reference: Expression
     type: Type

@@ -82,12 +82,16 @@ class ArraySpec:
 
 @dataclass(frozen=True)
 class EnumSpec:
-    """An enumeration `(MEMBER, MEMBER := 5, …)`; `values` has one entry per member."""
+    """An enumeration `(MEMBER, MEMBER := 5, …)`; `values` has one entry per member.
+
+    `attributes` are the names in its pragmas `{attribute 'strict'}` and `{attribute 'to_string'}`.
+    """
 
     members: tuple[Name, ...]
     at: Position
     values: tuple[Expression | None, ...] = ()
     base: NamedSpec | None = None
+    attributes: frozenset[str] = frozenset()
 
     @property
     def explicit(self) -> bool:
