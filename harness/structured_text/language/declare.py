@@ -263,7 +263,7 @@ class Declarations(Types):
             try:
                 initial = self.initial_value(node.initial, kind, where, initial, later)
             except NotConstantError:
-                calculated = isinstance(kind, (ElementaryType, EnumType))
+                calculated = isinstance(kind, (ArrayType, ElementaryType, EnumType, StructType))
                 if not calculated or later is None:
                     raise
             parts = tuple(later.found) if later is not None else ()

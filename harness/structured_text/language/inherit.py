@@ -6,7 +6,8 @@ its base in the sources. `_inherit` then handles every base before the blocks de
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import ChainMap
+from collections.abc import Callable, Iterator, MutableMapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -40,6 +41,8 @@ class _Declarations(Protocol):
 
     pous: dict[str, Pou]
     broken: set[str]
+    local: MutableMapping[str, Symbol]
+    sections: list[tuple[s.Section, Declared]]
 
     def is_known(self, key: str) -> bool:
         """Return whether the sources declare this name."""
@@ -169,6 +172,9 @@ class Inheritance:
     def _add_method(self, owner: _Owner, pou: Pou | None, node: s.Method, name: str) -> None:
         where, declarations = owner.where, self._declarations
         symbols: dict[str, Symbol] = {}
+        # Constants of the method, then those of its block, can be bounds and initial values.
+        declarations.local = ChainMap(symbols, {} if pou is None else pou.symbols)
+        declarations.sections = [(section, where) for section in node.sections]
         for section in node.sections:
             if section.kind != "VAR_INST":
                 declarations.add_section(section, "METHOD", symbols, where)
@@ -192,6 +198,7 @@ class Inheritance:
                 declarations.broken.add(key)
             else:
                 result = Symbol(node.name.text, kind, "RESULT", node.at, initial)
+        declarations.local, declarations.sections = {}, []
         if result is not None and name.endswith(".Set"):
             result.section = "VAR_INPUT"
             symbols = {node.name.key: result, **symbols}

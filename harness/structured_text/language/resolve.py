@@ -8,7 +8,7 @@ pointer may lead to a type that contains it, so the targets of pointers are reso
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, MutableMapping
 from ctypes import c_float
 from dataclasses import replace
 from typing import Any
@@ -43,11 +43,15 @@ from structured_text.language.types import (
     Type,
     has_address,
     has_block,
+    members,
 )
 from structured_text.language.values import array_length, describe
 from structured_text.output.limits import MOST_LEVELS
 
 __all__ = ["Types", "default_scalar", "fills", "is_null"]
+
+#: Nodes that are written as a variable with a type that is known before the bodies are checked.
+_PLACES = (s.Name, s.Field, s.Index)
 
 
 class Types:
@@ -78,7 +82,7 @@ class Types:
         self.pous: dict[str, Pou] = {}
         self.globals: dict[str, Symbol] = {}
         self.lists: dict[str, dict[str, str]] = {}
-        self.local: dict[str, Symbol] = {}
+        self.local: MutableMapping[str, Symbol] = {}
         self.sections: list[tuple[s.Section, Declared]] = []
         self.views = False
         self.extents = Extents()
@@ -352,7 +356,11 @@ class Types:
                 found = node.name.key in (one.upper() for one in kind.members)
                 return Constant(kind.value_of(node.name.key), kind, True) if found else None
             key = self.lists.get(node.base.key, {}).get(node.name.key)
-            return self._global_constant(key) if key else self._pending(node.name.key)
+            if key:
+                return self._global_constant(key)
+            return self._of_block(node) or self._pending(node.name.key)
+        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
+            return self.lookup(replace(node, base=node.base.name))  # behind a namespace
         if isinstance(node, s.Call):
             return self._called(node)
         if not isinstance(node, s.Name):
@@ -371,18 +379,36 @@ class Types:
             return self._global_constant(node.key)
         return self._pending(node.key)
 
+    def _of_block(self, node: s.Field) -> Constant | None:
+        """Return the constant of a block's instance or of a POU, such as `Drive.MOST`."""
+        assert isinstance(node.base, s.Name)
+        symbol = self.local.get(node.base.key)
+        block = symbol.type if symbol is not None else self.blocks.get(node.base.key)
+        pou = self.pous.get(block.name.upper()) if isinstance(block, BlockType) else None
+        found = pou.symbols.get(node.name.key) if pou is not None else None
+        return None if found is None else _constant_of(found)
+
     def _called(self, node: s.Call) -> Constant | None:
         """Return the value of a call that is constant.
 
-        That is SIZEOF of a type or variable, or the conversion of a constant to an integer type.
+        That is SIZEOF of a type or variable, a bound of an array, or the conversion of a constant
+        to an integer type.
         """
+        key = node.function.key
+        if key in ("LOWER_BOUND", "UPPER_BOUND") and len(node.arguments) == 2:
+            kind, which = self._type_of(node.arguments[0].value), node.arguments[1].value
+            number = which.text if isinstance(which, s.Literal) else ""
+            if not isinstance(kind, ArrayType) or kind.open or not number.isdecimal():
+                return None
+            if not 1 <= int(number) <= len(kind.bounds):
+                return None
+            ends = kind.bounds[int(number) - 1]
+            return Constant(ends[key == "UPPER_BOUND"], ELEMENTARY["LINT"])
         if len(node.arguments) != 1:
             return None
         argument = node.arguments[0].value
-        if node.function.key == "SIZEOF" and isinstance(argument, s.Name):
-            symbol = self.local.get(argument.key)
-            kind = symbol.type if symbol is not None else self.type_named(argument.key)
-            kind = kind or self.blocks.get(argument.key) or ELEMENTARY.get(argument.key)
+        if key == "SIZEOF":
+            kind = self._type_of(argument)
             size = None if kind is None else size_of(kind)
             return None if size is None else Constant(size, ELEMENTARY["LINT"])
         pair = conversion(node.function.key)
@@ -392,6 +418,47 @@ class Types:
         low, high = INT_RANGE[pair[1]]
         fits = isinstance(found.value, int) and low <= found.value <= high
         return Constant(found.value, ELEMENTARY[pair[1]], True) if fits else None
+
+    def _type_of(self, node: s.Expression) -> Type | None:
+        """Return the type of a variable, part of a variable, or type by its name; else None."""
+        if isinstance(node, s.Name):
+            symbol = self.local.get(node.key) or self.globals.get(node.key)
+            if symbol is not None:
+                return symbol.type
+            sections = [*self.sections]
+            for declared in self.registry.lists:
+                assert isinstance(declared.node, s.GlobalList)
+                sections.append((declared.node.section, declared))
+            kind = self._type_in(sections, node.key) or self.type_named(node.key)
+            return kind or self.blocks.get(node.key) or ELEMENTARY.get(node.key)
+        if isinstance(node, s.Field):
+            base = node.base
+            if isinstance(base, s.Name) and base.key not in self.local:
+                for declared in self.registry.lists:
+                    assert isinstance(declared.node, s.GlobalList)
+                    if declared.node.name.key == base.key:
+                        return self._type_in([(declared.node.section, declared)], node.name.key)
+            of = self._type_of(base) if isinstance(base, _PLACES) else None
+            names = dict(members(of)) if of is not None else {}
+            return next((kind for name, kind in names.items() if name.upper() == node.name.key), None)
+        if isinstance(node, s.Index):
+            of = self._type_of(node.base) if isinstance(node.base, _PLACES) else None
+            return of.element if isinstance(of, ArrayType) else None
+        return None
+
+    def _type_in(self, sections: list[tuple[s.Section, Declared]], key: str) -> Type | None:
+        """Return the type of a variable that is not declared yet; None without it."""
+        for section, declared in sections:
+            for variable in section.variables:
+                if key in (name.key for name in variable.names) and key not in self._under_way:
+                    self._under_way.add(key)
+                    try:
+                        return self.resolve(variable.spec, declared)[0]
+                    except InputError:
+                        return None
+                    finally:
+                        self._under_way.discard(key)
+        return None
 
     def _looking(self, where: Declared, earlier: EnumType) -> Callable[..., Constant | None]:
         """Return a lookup that also finds members of an enumeration under construction."""
@@ -538,7 +605,12 @@ class Types:
             return self._block_value(node, kind, where, default)
         if later is not None and not isinstance(kind, BlockType) and later.takes(node, kind):
             return default
-        raise where.error(f"this is not an initial value for a {describe(kind)}", node.at)
+        error = where.error(f"this is not an initial value for a {describe(kind)}", node.at)
+        data = isinstance(kind, (ArrayType, StructType)) and later is not None
+        if data and isinstance(node, (s.Name, s.Field, s.Index, s.Dereference, s.Call, s.Invoke)):
+            at = {"line": error.line, "column": error.column}
+            raise NotConstantError(error.message, file=error.file, **at)
+        raise error
 
     def _plain_value(self, kind: Type) -> Any:
         """Return the initial value of a type."""
