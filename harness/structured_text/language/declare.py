@@ -375,6 +375,18 @@ class Declarations(Types):
             if found.type != kind:
                 raise where.error(f"the global {name.text} is a {describe(found.type)}", name.at)
 
+    def configured_address(self, entry: s.ConfigEntry, kind: Type, where: Declared) -> str:
+        """Return the address of an entry of VAR_CONFIG, or raise InputError."""
+        assert entry.address is not None
+        name = s.Name("", entry.at)
+        node = s.VarDecl((name,), entry.spec, None, entry.address, entry.at)
+        section = s.Section("VAR", "", (node,), entry.at)
+        found = self._address(node, kind, section, "PROGRAM", where)
+        if found is None:
+            hint = "write it as %IX0.0, %QW3 or %MD10"
+            raise where.error("VAR_CONFIG needs a complete address", entry.address.at, hint)
+        return found
+
     def _address(
         self, node: s.VarDecl, kind: Type, section: s.Section, pou: str, where: Declared
     ) -> str | None:

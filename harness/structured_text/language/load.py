@@ -398,6 +398,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
     try:
         schedule = configure(registry, declarations)
         _check_extent(schedule, registry, declarations, ordered)
+        places = located(schedule.instances, declarations)
     except InputError as error:
         errors.append(error)
         return None
@@ -416,7 +417,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         },
         global_symbols=declarations.globals,
         lists=declarations.lists,
-        located=located(schedule.instances, declarations),
+        located=places,
         tasks=schedule.tasks,
         tick_us=schedule.tick_us,
         schedule=schedule.runs,

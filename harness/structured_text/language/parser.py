@@ -411,7 +411,7 @@ class _Builder(Statements):
         self.entries += nodes_of(rest, s.ConfigEntry)
 
     def config_entry(
-        self, path: s.Name, _at: Any, address: Any, _colon: Token, spec: Any, *rest: Any
+        self, path: s.Variable, _at: Any, address: Any, _colon: Token, spec: Any, *rest: Any
     ) -> s.ConfigEntry:
         plain = self._plain(spec)
         return s.ConfigEntry(path, _optional(address), plain, rest[1], path.at)

@@ -69,8 +69,11 @@ class Registry:
         sources = list(sources)
         self.lists: list[Declared] = []
         self.uses: list[Use] = []
+        self.entries: list[tuple[s.ConfigEntry, Declared]] = []
         for source in sources:
             self.uses += source.uses
+            for entry in source.entries:
+                self.entries.append((entry, Declared(_nameless(entry.at), source, self.uses)))
             for node in source.declarations:
                 self._add(Declared(node, source, self.uses))
             for space in source.namespaces:
@@ -213,6 +216,11 @@ class Registry:
             (self.types.get(key) or self.pous[key]).node.name.text for key in cycle
         )
         self._report(declared.error(f"{kind}: {names}", declared.node.name.at))
+
+
+def _nameless(at: s.Position) -> s.GlobalList:
+    """Return an empty declaration for the entries of VAR_CONFIG."""
+    return s.GlobalList(s.Name("", at), s.Section("VAR_CONFIG", "", (), at), at)
 
 
 def _used(node: Any) -> Iterator[str]:

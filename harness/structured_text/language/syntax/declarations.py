@@ -14,6 +14,7 @@ from structured_text.language.syntax.code import (
     Position,
     Range,
     Statement,
+    Variable,
 )
 
 __all__ = [
@@ -288,7 +289,7 @@ class ConfigEntry:
     `path` leads from the program to the variable: `Main.Front.Ready`.
     """
 
-    path: Name
+    path: Variable
     address: Name | None
     spec: TypeSpec
     initial: Init | None
