@@ -267,7 +267,9 @@ class ExpressionChecker:
         return t.Standard(f"{type_name(whole)}_TO_{kind.name}", (bits,), kind)
 
     def _undeclared(self, node: s.Name) -> InputError:
-        if node.key in self.scope.declarations.broken:
+        here = self.scope.block
+        lacks = here is not None and self.scope.registry.incomplete(here.name.upper())
+        if lacks or node.key in self.scope.declarations.broken:
             return ConsequenceError(f"{node.text} is not declared")
         symbols = [symbol.name for symbol in self.scope.pou.symbols.values()]
         return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))

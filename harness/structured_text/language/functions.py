@@ -183,6 +183,9 @@ class Functions:
             symbol = self._scope.symbol(key)
             if symbol is not None:
                 raise self._scope.error(f"{name} is a {describe(symbol.type)}, not a function", at)
+            here = self._scope.block
+            if here is not None and self._scope.registry.incomplete(here.name.upper()):
+                raise ConsequenceError(f"the base of {here.name} is missing")
             raise self._scope.error(
                 f"there is no function {name}", at, "name its file too, or look at the spelling"
             )

@@ -15,7 +15,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.objects import INIT, Objects
 from structured_text.language.parser import TWO_BASES
-from structured_text.language.registry import Declared, last_name
+from structured_text.language.registry import Declared, base_name, last_name
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import ArrayType, BlockType, Type, has_block, inside
 from structured_text.language.values import describe
@@ -84,7 +84,7 @@ class Inheritance:
             return {}
         if TWO_BASES in node.words:
             raise where.error("a block extends one block only", node.at, "use interfaces")
-        key = last_name(node.extends)
+        key = base_name(node)
         base = self._declarations.pous.get(key)
         if base is None or base.kind != "FUNCTION_BLOCK":
             hint = "name its file too, or look at the spelling"
@@ -116,7 +116,7 @@ class Inheritance:
         if isinstance(node, s.Pou):
             objects.blocks.append(key)
             if node.extends is not None:
-                objects.extended[key] = last_name(node.extends)
+                objects.extended[key] = base_name(node)
 
     def finish(self) -> None:
         """Resolve all methods and check the rules of inheritance; report errors."""
@@ -142,7 +142,7 @@ class Inheritance:
         node, where = owner.node, owner.where
         interfaces = node.implements if isinstance(node, s.Pou) else node.extends
         if isinstance(node, s.Pou) and node.extends is not None:
-            self.objects.bases[owner.key].append(last_name(node.extends))
+            self.objects.bases[owner.key].append(base_name(node))
         for name in interfaces:
             base = self._owners.get(last_name(name))
             if base is None or not isinstance(base.node, s.Interface):

@@ -25,7 +25,7 @@ from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
-from structured_text.language.registry import ConsequenceError, Declared, Registry
+from structured_text.language.registry import ConsequenceError, Declared, Registry, base_name
 from structured_text.language.scalars import TIME
 from structured_text.language.source import source_text
 from structured_text.language.tree import Pou
@@ -331,6 +331,19 @@ def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputErro
         for name, first, behind in _interfaces(node)
         if any(first <= line < behind for line in lines)
     }
+
+    extended = {
+        node.name.key: base_name(node)
+        for source in sources
+        for node in source.declarations
+        if isinstance(node, (s.Pou, s.TypeDecl)) and node.extends is not None
+    }
+    for key in extended:  # what extends a spoiled interface has that interface, too
+        chain = [key]
+        while chain[-1] in extended and extended[chain[-1]] not in chain:
+            chain.append(extended[chain[-1]])
+        if names & set(chain):
+            names.add(key)
 
     def follows(error: InputError) -> bool:
         said = _OF.match(error.message)

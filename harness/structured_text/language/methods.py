@@ -178,6 +178,10 @@ class Methods:
         if isinstance(first, s.Name) and self._is_elsewhere(first):
             return None
         if isinstance(first, s.Name) and not self._all.is_variable(first):
+            here = self._scope.block
+            lacks = here is not None and self._scope.registry.incomplete(here.name.upper())
+            if lacks or first.key in self._scope.declarations.broken:
+                raise ConsequenceError(f"{first.text} has an error")
             text = f"there is no variable or namespace {first.text}"
             raise self._scope.error(text, first.at, "name its file too, or look at the spelling")
         final = isinstance(callee.base, s.This) and callee.base.above

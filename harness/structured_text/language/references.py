@@ -110,6 +110,9 @@ class References:
         found = self._all.check(node, None)
         if isinstance(want, InterfaceType):
             if not self._scope.declarations.objects.is_a(found.type, want):
+                block = isinstance(found.type, BlockType)
+                if block and self._scope.registry.incomplete(found.type.name.upper()):
+                    raise ConsequenceError(f"a base of {found.type.name} is missing")
                 text = f"a {want.name} is expected here, and {describe(found.type)} is none"
                 raise self._scope.error(text, node.at, f"let it IMPLEMENT {want.name}")
             return found

@@ -184,6 +184,8 @@ class Types:
         values: dict[str, Any] = {}
         if base is not None:
             known = self.type_named(last_name(base))
+            if known is None and last_name(base) in self.registry.types:
+                raise ConsequenceError(f"the declaration of {base.text} has an error")
             if not isinstance(known, StructType):
                 raise where.error(f"{base.text} is not a structure of these sources", base.at)
             self.extended[name.upper()] = last_name(base)
