@@ -58,7 +58,9 @@ class _Entry:
             hint = "write it at the variable, or at the instance"
             raise where.error("an initial value in VAR_CONFIG is not supported", entry.at, hint)
         if entry.address is None:
-            raise where.error("an entry of VAR_CONFIG needs an address", entry.at, "write AT %IX0.0")
+            raise where.error(
+                "an entry of VAR_CONFIG needs an address", entry.at, "write AT %IX0.0"
+            )
         steps = self._steps(entry.path)
         path, block = self._root(steps)
         kind: Type = block
@@ -93,9 +95,7 @@ class _Entry:
         for skipped, step in enumerate(steps[:3]):
             key = step.key if isinstance(step, s.Name) else ""
             named = [one for one in self._instances.items() if one[0].upper() == key]
-            named = named or [
-                one for one in self._instances.items() if one[1].name.upper() == key
-            ]
+            named = named or [one for one in self._instances.items() if one[1].name.upper() == key]
             if len(named) == 1:
                 del steps[: skipped + 1]
                 return named[0]
@@ -118,9 +118,7 @@ class _Entry:
             raise self._where.error(f"{path} has no variable {step.text}", step.at, _SPELLING)
         return f"{path}.{symbol.name}", symbol.type, symbol.area, symbol.address
 
-    def _element(
-        self, path: str, kind: Type, step: s.Index
-    ) -> tuple[str, Type, str, str | None]:
+    def _element(self, path: str, kind: Type, step: s.Index) -> tuple[str, Type, str, str | None]:
         if not isinstance(kind, ArrayType) or len(step.indices) != len(kind.bounds):
             raise self._where.error(f"{path} is a {describe(kind)}", step.at, _SPELLING)
         numbers = [self._declarations.integer(one, self._where) for one in step.indices]

@@ -188,14 +188,22 @@ def constant(
         if lookup(node) is None:
             return member(kind, node, where)
     found = evaluate(node, types, where, lookup, detail)
-    if isinstance(kind, EnumType) and not found.typed and isinstance(found.value, int):
-        # A strict enumeration takes only the values of its members.
-        if "strict" not in kind.attributes or kind.member_of(found.value) is not None:
-            where.note("a number as an enumeration", node.at)
-            return Constant(found.value, kind, True)
+    if isinstance(kind, EnumType) and _is_number_of(found, kind):
+        where.note("a number as an enumeration", node.at)
+        return Constant(found.value, kind, True)
     if isinstance(node, s.Literal) or _is_negative(node):
         return adapt(found, kind, node.at, where)
     return _converted(found, kind, node.at, where)
+
+
+def _is_number_of(found: Constant, kind: EnumType) -> bool:
+    """Return whether an untyped number is a value of an enumeration.
+
+    A strict enumeration takes only the values of its members.
+    """
+    if found.typed or not isinstance(found.value, int):
+        return False
+    return "strict" not in kind.attributes or kind.member_of(found.value) is not None
 
 
 def _is_negative(node: s.Init) -> bool:

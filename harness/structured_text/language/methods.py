@@ -291,10 +291,10 @@ class Methods:
         found = self._all.variable(value) if read else self._all.writable(value)
         fits = found.type == symbol.type or (block and self._objects.is_a(found.type, symbol.type))
         fits = fits or fills(found.type, symbol.type)
-        if symbol.section == "VAR_IN_OUT":
-            if self._scope.declarations.derives(found.type, symbol.type):
-                self._scope.note("a structure as its base", argument.at)
-                fits = True
+        below = self._scope.declarations.derives(found.type, symbol.type)
+        if below and symbol.section == "VAR_IN_OUT":
+            self._scope.note("a structure as its base", argument.at)
+            fits = True
         if symbol.section == "VAR_OUTPUT" and same_number(symbol.type, found.type):
             self._scope.note("an enumeration as a number", argument.at)
             fits = True

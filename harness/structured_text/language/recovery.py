@@ -35,7 +35,17 @@ _CLOSERS = frozenset(_OPENERS.values())
 _GROUP_ENDS = _CLOSERS | frozenset(
     (
         *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),
-        *("END_CLASS", "METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "GET", "END_GET", "SET", "END_SET"),
+        *(
+            "END_CLASS",
+            "METHOD",
+            "END_METHOD",
+            "PROPERTY",
+            "END_PROPERTY",
+            "GET",
+            "END_GET",
+            "SET",
+            "END_SET",
+        ),
     )
 )
 #: Reserved words that begin no group. At an unexpected place they were meant as names.

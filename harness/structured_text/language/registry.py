@@ -11,7 +11,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.constructs import CONSTRUCTS, Use
 from structured_text.language.scalars import CORE
-from structured_text.language.standard import reserved
+from structured_text.language.standard import BLOCKS, reserved
 from structured_text.language.walk import nodes
 from structured_text.output.limits import MOST_LEVELS
 
@@ -149,7 +149,7 @@ class Registry:
             seen.add(key)
             declared = self.pous.get(key)
             if declared is None or not isinstance(declared.node, s.Pou):
-                return True
+                return key not in BLOCKS
             node = declared.node
             if any(last_name(one) not in self.interfaces for one in node.implements):
                 return True

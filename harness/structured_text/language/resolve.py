@@ -2,7 +2,7 @@
 
 Declarations may stand in any order, and constants and types depend on each other: an array bound
 may be a constant, and the value of the constant may need a type. Each is therefore resolved on its
-first use. `_under_way` has the names whose resolution has begun; to meet one again means a cycle. A
+first use. `under_way` has the names whose resolution has begun; to meet one again means a cycle. A
 pointer may lead to a type that contains it, so the targets of pointers are resolved last (`link`).
 """
 
@@ -43,15 +43,12 @@ from structured_text.language.types import (
     Type,
     has_address,
     has_block,
-    members,
 )
 from structured_text.language.values import array_length, describe
+from structured_text.language.written_types import type_of
 from structured_text.output.limits import MOST_LEVELS
 
 __all__ = ["Types", "default_scalar", "fills", "is_null"]
-
-#: Nodes that are written as a variable with a type that is known before the bodies are checked.
-_PLACES = (s.Name, s.Field, s.Index)
 
 
 class Types:
@@ -87,7 +84,7 @@ class Types:
         self.views = False
         self.extents = Extents()
         self.extended: dict[str, str] = {}
-        self._under_way: set[str] = set()
+        self.under_way: set[str] = set()
         self._listed: dict[str, tuple[s.VarDecl, Declared]] | None = None
         self._pended: dict[str, Constant | InputError | None] = {}
         self._unlinked: list[tuple[ReferenceType, s.TypeSpec, Declared]] = []
@@ -106,9 +103,9 @@ class Types:
     def add_type(self, node: s.TypeDecl, where: Declared) -> None:
         """Resolve a type of a TYPE … END_TYPE, unless that is done."""
         key = node.name.key
-        if key in self.types or key in self._under_way:
+        if key in self.types or key in self.under_way:
             return
-        self._under_way.add(key)
+        self.under_way.add(key)
         try:
             kind, initial = self._named_type(node, where)
             self.types[key] = kind
@@ -398,7 +395,7 @@ class Types:
         """
         key = node.function.key
         if key in ("LOWER_BOUND", "UPPER_BOUND") and len(node.arguments) == 2:
-            kind, which = self._type_of(node.arguments[0].value), node.arguments[1].value
+            kind, which = type_of(self, node.arguments[0].value), node.arguments[1].value
             number = which.text if isinstance(which, s.Literal) else ""
             if not isinstance(kind, ArrayType) or kind.open or not number.isdecimal():
                 return None
@@ -410,7 +407,7 @@ class Types:
             return None
         argument = node.arguments[0].value
         if key == "SIZEOF":
-            kind = self._type_of(argument)
+            kind = type_of(self, argument)
             size = None if kind is None else size_of(kind)
             return None if size is None else Constant(size, ELEMENTARY["LINT"])
         pair = conversion(node.function.key)
@@ -420,47 +417,6 @@ class Types:
         low, high = INT_RANGE[pair[1]]
         fits = isinstance(found.value, int) and low <= found.value <= high
         return Constant(found.value, ELEMENTARY[pair[1]], True) if fits else None
-
-    def _type_of(self, node: s.Expression) -> Type | None:
-        """Return the type of a variable, part of a variable, or type by its name; else None."""
-        if isinstance(node, s.Name):
-            symbol = self.local.get(node.key) or self.globals.get(node.key)
-            if symbol is not None:
-                return symbol.type
-            sections = [*self.sections]
-            for declared in self.registry.lists:
-                assert isinstance(declared.node, s.GlobalList)
-                sections.append((declared.node.section, declared))
-            kind = self._type_in(sections, node.key) or self.type_named(node.key)
-            return kind or self.blocks.get(node.key) or ELEMENTARY.get(node.key)
-        if isinstance(node, s.Field):
-            base = node.base
-            if isinstance(base, s.Name) and base.key not in self.local:
-                for declared in self.registry.lists:
-                    assert isinstance(declared.node, s.GlobalList)
-                    if declared.node.name.key == base.key:
-                        return self._type_in([(declared.node.section, declared)], node.name.key)
-            of = self._type_of(base) if isinstance(base, _PLACES) else None
-            names = dict(members(of)) if of is not None else {}
-            return next((kind for name, kind in names.items() if name.upper() == node.name.key), None)
-        if isinstance(node, s.Index):
-            of = self._type_of(node.base) if isinstance(node.base, _PLACES) else None
-            return of.element if isinstance(of, ArrayType) else None
-        return None
-
-    def _type_in(self, sections: list[tuple[s.Section, Declared]], key: str) -> Type | None:
-        """Return the type of a variable that is not declared yet; None without it."""
-        for section, declared in sections:
-            for variable in section.variables:
-                if key in (name.key for name in variable.names) and key not in self._under_way:
-                    self._under_way.add(key)
-                    try:
-                        return self.resolve(variable.spec, declared)[0]
-                    except InputError:
-                        return None
-                    finally:
-                        self._under_way.discard(key)
-        return None
 
     def _looking(self, where: Declared, earlier: EnumType) -> Callable[..., Constant | None]:
         """Return a lookup that also finds members of an enumeration under construction."""
@@ -509,13 +465,13 @@ class Types:
 
     def _value_of(self, key: str, variable: s.VarDecl, declared: Declared) -> Constant | None:
         """Return the value of a constant before its declaration is resolved."""
-        if key in self._under_way:
+        if key in self.under_way:
             raise declared.error(f"the constant {key} uses itself", variable.at)
-        if len(self._under_way) > MOST_LEVELS:
+        if len(self.under_way) > MOST_LEVELS:
             text = f"more than {MOST_LEVELS} constants and types that use each other in a row"
             raise declared.error(text, variable.at)
         assert variable.initial is not None
-        self._under_way.add(key)
+        self.under_way.add(key)
         try:
             kind, _ = self.resolve(variable.spec, declared)
             if not isinstance(kind, (ElementaryType, EnumType)):
@@ -523,7 +479,7 @@ class Types:
             found = constant(variable.initial, kind, self.types, declared, self.lookup)
             return Constant(found.value, kind, True)
         finally:
-            self._under_way.discard(key)
+            self.under_way.discard(key)
 
     def constant(self, node: s.Init, kind: Type, where: Declared, detail: str = "") -> Constant:
         """Return the value of a constant expression in the required type, or raise InputError."""

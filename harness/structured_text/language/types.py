@@ -20,8 +20,8 @@ __all__ = [
     "Variable",
     "has_address",
     "has_block",
-    "integer_name",
     "inside",
+    "integer_name",
     "members",
     "type_name",
 ]
