@@ -18,6 +18,7 @@ from pathlib import Path
 from lark import Token
 
 from structured_text.errors import InputError
+from structured_text.language.conditional import PRAGMA, ConditionError, Conditions
 from structured_text.language.constructs import Use
 from structured_text.language.source import origin
 from structured_text.language.syntax import Name, Position
@@ -30,7 +31,9 @@ _GROUPS = (
     *("ACTION", "CASE", "CONFIGURATION", "FOR", "FUNCTION", "FUNCTION_BLOCK", "IF", "PROGRAM"),
     *("REPEAT", "RESOURCE", "STRUCT", "TYPE", "UNION", "VAR", "WHILE"),
 )
-_SECTIONS = ("EXTERNAL", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT", "STAT", "TEMP")
+_SECTIONS = (
+    *("CONFIG", "EXTERNAL", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT", "STAT", "TEMP"),
+)
 KEYWORDS = frozenset(
     (
         *_GROUPS,
@@ -87,8 +90,7 @@ _UNSUPPORTED = {
         ("STEP", "INITIAL_STEP", "END_STEP", "TRANSITION", "END_TRANSITION"),
         "Sequential Function Chart",
     ),
-    "CLASS": "classes; write a FUNCTION_BLOCK",
-    **dict.fromkeys(("VAR_ACCESS", "VAR_CONFIG"), "access paths"),
+    "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
 #: Text behind such a word if it is the keyword and not a variable of that name.
@@ -180,6 +182,10 @@ class _Lexer:
         self._configuration = False
         self._previous = ""
         self._context = Context()
+        self._condition = 0
+        self._conditions = Conditions(
+            lambda detail: self._note("conditional compilation", self._condition, detail)
+        )
 
     def _at(self, offset: int) -> Position:
         line = bisect_right(self._starts, offset)
@@ -258,6 +264,9 @@ class _Lexer:
             at = self._at(offset)
             yield Token(kind, value, offset, at.line, at.column)
             self._previous = kind
+        if self._conditions.unclosed is not None:
+            hint = "write {END_IF} behind its branches"
+            self._refuse("this {IF} has no {END_IF}", self._conditions.unclosed, hint)
 
     def _is_access(self, word: str, behind: int) -> bool:
         """Return whether the word is PUBLIC or INTERNAL before a type or program."""
@@ -359,12 +368,22 @@ class _Lexer:
             return -1
         said = self._text[offset + 1 : end].strip()
         self._note("a pragma", offset)
-        if re.match(r"(?:IF|ELSIF|ELSE|END_IF)\b", said, re.IGNORECASE):
-            hint = "leave one of its branches"
-            self._refuse("conditional compilation is not supported", offset, hint)
+        if conditional := PRAGMA.fullmatch(said):
+            return self._behind_condition(conditional[1], conditional[2], offset, end + 1)
         if self._notes is not None:
             self._notes.pragmas.append(Name(said, self._at(offset)))
         return end + 1
+
+    def _behind_condition(self, word: str, rest: str, offset: int, end: int) -> int:
+        """Return the offset behind a pragma of conditional compilation and what it leaves out."""
+        if word.upper() == "IF":
+            self._note("conditional compilation", offset)
+        self._condition = offset
+        try:
+            return self._conditions.behind(word, rest, offset, end, self._text)
+        except ConditionError as error:
+            self._refuse(str(error), offset, error.hint)
+            return end
 
     def _unknown(self, kind: str, value: str, offset: int) -> None:
         """Report characters that do not begin any token."""

@@ -13,6 +13,7 @@ from structured_text.language.types import (
     ArrayType,
     BlockType,
     ElementaryType,
+    EnumType,
     InterfaceType,
     ReferenceType,
     Type,
@@ -69,6 +70,8 @@ class References:
         if len(node.indices) != 1:
             raise self._scope.error("a pointer takes one index", node.at)
         index = self._all.infer(node.indices[0]) or ELEMENTARY["DINT"]
+        if isinstance(index, EnumType):
+            index = ELEMENTARY[index.base]
         if isinstance(index, ElementaryType) and index.name in ANY_BIT and index != BOOL:
             self._scope.note("arithmetic of bit strings", node.indices[0].at, "an index")
             index = self._all.operators.number(index)
@@ -107,6 +110,9 @@ class References:
         found = self._all.check(node, None)
         if isinstance(want, InterfaceType):
             if not self._scope.declarations.objects.is_a(found.type, want):
+                block = isinstance(found.type, BlockType)
+                if block and self._scope.registry.incomplete(found.type.name.upper()):
+                    raise ConsequenceError(f"a base of {found.type.name} is missing")
                 have = describe(found.type)
                 text = f"a {want.name} is expected here, and {have} does not implement it"
                 raise self._scope.error(text, node.at, f"let it IMPLEMENT {want.name}")
@@ -144,6 +150,11 @@ class References:
         same = _target(kind) == _target(want)
         if not same and isinstance(kind.target, BlockType):
             same = self._scope.declarations.objects.is_a(kind.target, want.target)
+        if want.kind == "REFERENCE" and self._scope.declarations.derives(
+            _target(kind), _target(want)
+        ):
+            self._scope.note("a structure as its base", node.at)
+            same = True
         if same:
             return found
         if isinstance(found, t.Address) and isinstance(kind.target, ArrayType):
@@ -214,8 +225,11 @@ class References:
             return self._address(node, None)
         argument = self._argument(node)
         found = self._all.place(argument) if isinstance(argument, PLACES) else None
-        if found is None or not isinstance(found.type, ReferenceType):
-            raise self._scope.error("__ISVALIDREF needs a variable of REFERENCE TO", node.at)
+        passed = isinstance(found, t.Use) and found.symbol.section == "VAR_IN_OUT"
+        if found is None or not (passed or isinstance(found.type, ReferenceType)):
+            text = "__ISVALIDREF needs a variable of REFERENCE TO, or a VAR_IN_OUT"
+            hint = "compare a pointer or an interface with 0"
+            raise self._scope.error(text, node.at, hint)
         return t.Valid(found, BOOL)
 
     def _argument(self, node: s.Call) -> s.Expression:
