@@ -350,6 +350,8 @@ class ExpressionChecker:
             return self.infer(plain) if plain is not None else self.invoked(node).type
         if isinstance(node, PLACES):
             return self.variable(node).type
+        if isinstance(node, s.Assigned):
+            return self._place_of(node).type
         if isinstance(node, s.Unary):
             inner = self.infer(node.operand)
             return inner if node.op == "NOT" or inner is None else self.operators.number(inner)
@@ -368,6 +370,15 @@ class ExpressionChecker:
         if type_name(left) in MOMENTS or type_name(right) in MOMENTS:
             return self.operators.moment_type(node.op, left, right)
         return self.operators.operand_type(node.op, node.left, node.right, None)
+
+    def _place_of(self, node: s.Assigned) -> t.Variable:
+        """Return the target of an assignment inside an expression, or raise InputError."""
+        hint = "assign it in a statement of its own"
+        if isinstance(node.target, s.Part):
+            raise self.scope.error("a bit is not assigned inside an expression", node.at, hint)
+        if isinstance(node.target, PLACES) and self.methods.setter(node.target) is not None:
+            raise self.scope.error("a property is not assigned inside an expression", node.at, hint)
+        return self.writable(node.target)
 
     def _enumeration(self, node: s.Name) -> Type | None:
         owners = self.scope.registry.members.get(node.key, [])
@@ -427,6 +438,9 @@ class ExpressionChecker:
             return self._call(plain, want) if plain is not None else self.invoked(node)
         if isinstance(node, PLACES):
             return self.variable(node)
+        if isinstance(node, s.Assigned):
+            target = self._place_of(node)
+            return t.Assigned(target, self.check(node.value, target.type), target.type)
         folded = self.fold(node)
         if folded is not None:
             if folded.typed:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,13 +21,14 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.bodies import check_body, check_start
 from structured_text.language.compiling import deeply, uncollected
+from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
 from structured_text.language.registry import ConsequenceError, Declared, Registry
 from structured_text.language.scalars import TIME
-from structured_text.language.source import source_text
+from structured_text.language.source import is_narrow, source_text
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
 from structured_text.language.walk import parts
@@ -236,7 +237,13 @@ def analyse(
 
 def read_file(path: Path) -> s.Source:
     """Parse a file as far as it can be read, and collect its errors, or raise InputError."""
-    return read_text(source_text(path), path)
+    text = source_text(path)
+    source = read_text(text, path)
+    narrow = None if text.isascii() else is_narrow(path)
+    if narrow is None:
+        return source
+    use = Use("a source in Windows-1252", path, s.Position(narrow, 1))
+    return replace(source, uses=(*source.uses, use))
 
 
 def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:

@@ -51,6 +51,8 @@ def expression_text(node: s.Expression | t.Expression, within: int = 0) -> str:
         return f"{expression_text(node.base)}.{node.name.text}"
     if isinstance(node, s.Call):
         return f"{node.function.text}({', '.join(map(_argument, node.arguments))})"
+    if isinstance(node, (s.Assigned, t.Assigned)):
+        return f"({expression_text(node.target)} := {expression_text(node.value)})"
     return _checked(node)
 
 

@@ -584,7 +584,7 @@ def _constant_of(symbol: Symbol) -> Constant | None:
 def is_null(node: Any) -> bool:
     """Return whether an expression is 0 or NULL."""
     if isinstance(node, s.Literal):
-        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#")
+        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#", "10#")
     return isinstance(node, s.Name) and node.key == "NULL"
 
 

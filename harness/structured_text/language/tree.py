@@ -19,6 +19,7 @@ from structured_text.language.types import BlockType, ReferenceType, Type
 __all__ = [
     "Address",
     "Assign",
+    "Assigned",
     "Binary",
     "CallBase",
     "CallBlock",
@@ -165,6 +166,15 @@ class Standard:
     type: Type
 
 
+@dataclass(frozen=True)
+class Assigned:
+    """An assignment inside an expression; its value is that of the target afterwards."""
+
+    target: Variable
+    value: Expression
+    type: Type
+
+
 # Object orientation and references: only the built-in engine runs these nodes.
 
 
@@ -276,6 +286,7 @@ Expression = (
     | Null
     | Valid
     | Same
+    | Assigned
 )
 
 

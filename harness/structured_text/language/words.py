@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context"]
+__all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context", "is_soft"]
 
 #: Words that can stand before the name of a method, property, block or interface.
 ACCESS_WORDS = frozenset(
@@ -35,6 +35,34 @@ _HEADS = ("METHOD", "PROPERTY", "FUNCTION_BLOCK", "INTERFACE", "FUNCTION")
 _NAME_FOLLOWS = re.compile(
     r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_]\w*", re.IGNORECASE
 )
+
+#: Words behind VAR or another section word. Elsewhere they are names.
+_QUALIFIERS = ("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT")
+#: Text that may follow a name, but not these keywords.
+_AS_NAME = re.compile(r"\s*(?::|\.(?!\.)|,|\[|\(|=>)")
+_ACTION = re.compile(r"\s+\w+\s*:(?!=)")
+
+
+def is_soft(word: str, previous: str, text: str, behind: int) -> bool:
+    """Return whether a keyword is used as a name here.
+
+    `previous` is the kind of the token before it, and `behind` the offset behind the word.
+    """
+    if word in _QUALIFIERS:
+        return not previous.startswith("VAR") and previous not in _QUALIFIERS
+    begins = previous in ("", "SEMICOLON", "ERROR") or previous.startswith("END_")
+    if word == "CONFIGURATION":
+        return not begins or not _NAME.match(text, behind)
+    if word == "ACTION":
+        return not begins or not _ACTION.match(text, behind)
+    if word == "UNION":
+        return previous != "COLON" or _AS_NAME.match(text, behind) is not None
+    if word == "CONTINUE":
+        begins = begins or previous in ("THEN", "ELSE", "DO", "REPEAT", "COLON", "OF")
+        return not begins or _AS_NAME.match(text, behind) is not None
+    if word in ("END_CONFIGURATION", "END_ACTION", "END_UNION"):
+        return _AS_NAME.match(text, behind) is not None
+    return False
 
 
 class Context:

@@ -229,6 +229,8 @@ class ExpressionCode:
             return self._binary(node)
         if isinstance(node, t.CallFunction):
             return self._call(node)
+        if isinstance(node, t.Assigned):
+            return self._assigned(node)
         return self._standard(node, [self.exact(item) for item in node.arguments])
 
     def _read(self, code: str, kind: Type) -> str:
@@ -282,6 +284,18 @@ class ExpressionCode:
         ]
         parts = ", ".join([f"{result} := {call}", *stores, f"{result}[0]"])
         return of_type(f"({parts})[-1]", node.type)
+
+    def _assigned(self, node: t.Assigned) -> Value:
+        """Return code that assigns a variable and has its new value."""
+        value = self.exact(node.value)
+        if not is_scalar(node.type):
+            code = self.variable(node.target)
+            return of_type(f"(filled({code}, {value}), {code})[-1]", node.type)
+        self._results += 1
+        result = f"r{self._results}"
+        held = self.adapted(value, node.value.type, node.type)
+        stored = self._stored(node.target, node.type, result)
+        return of_type(f"({result} := {held}, {stored}, {result})[-1]", node.type)
 
     def _backs(self, pou: t.Pou) -> list[tuple[str, Type]]:
         """Return name and type of the values that a function returns after its result, in order."""

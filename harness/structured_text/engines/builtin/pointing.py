@@ -226,5 +226,5 @@ def _read(place: tuple[str, str]) -> str:
 
 
 def has_effect(node: t.Expression) -> bool:
-    """Return whether an operand must be evaluated: it calls a method, or follows a pointer."""
-    return any(isinstance(one, (t.CallMethod, t.Deref)) for one in nodes(node))
+    """Return whether an operand must be evaluated: a call, a pointer that may be 0, an assignment."""
+    return any(isinstance(one, (t.CallMethod, t.Deref, t.Assigned)) for one in nodes(node))

@@ -28,7 +28,7 @@ Branches = list[tuple[str, tuple[t.Statement, ...]]]
 #: Largest number of branches in one Python `if`.
 _BRANCHES = 50
 #: Matches variables of a POU that an expression assigns; generated names are lower case.
-_WRITTEN = re.compile(r"[( ]([A-Z]\w*) := ")
+_WRITTEN = re.compile(r"[( ]([^\W\da-z]\w*) := ")
 
 
 class Writer:

@@ -9,6 +9,7 @@ __all__ = [
     "Argument",
     "Assign",
     "AssignChain",
+    "Assigned",
     "Binary",
     "Call",
     "CallStatement",
@@ -169,9 +170,18 @@ class Invoke:
     at: Position
 
 
+@dataclass(frozen=True)
+class Assigned:
+    """An assignment inside an expression, `(target := value)`: its value is that of the target."""
+
+    target: Variable
+    value: Expression
+    at: Position
+
+
 Variable = Name | Field | Index | Part | Dereference | This
 #: A `Variable` may also begin with a call: `f(…).x`.
-Expression = Literal | Variable | Unary | Binary | Call | Invoke
+Expression = Literal | Variable | Unary | Binary | Call | Invoke | Assigned
 
 
 # --- statements ----------------------------------------------------------------------------
