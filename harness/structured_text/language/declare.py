@@ -17,7 +17,7 @@ from structured_text.language.later import Later, Part
 from structured_text.language.objects import INIT
 from structured_text.language.registry import Declared, Registry
 from structured_text.language.resolve import Types
-from structured_text.language.scalars import WIDTH
+from structured_text.language.scalars import BOOL, WIDTH
 from structured_text.language.sizes import size_of
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import (
@@ -241,7 +241,12 @@ class Declarations(Types):
                 Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
                 for name in node.names
             ]
-        kind, initial = self.resolve(node.spec, where, owner)
+        places = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
+        in_block = pou == "FUNCTION_BLOCK" and section.kind in places
+        if in_block and self.is_bit(node.spec, where):
+            kind, initial = BOOL, False
+        else:
+            kind, initial = self.resolve(node.spec, where, owner)
         constant_section, calculated = section.qualifier == "CONSTANT", False
         parts: tuple[Part, ...] = ()
         if constant_section and section.kind == "VAR_IN_OUT":

@@ -93,8 +93,9 @@ _UNSUPPORTED = {
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
 #: Text behind such a word if it is the keyword and not a variable of that name.
-_MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
+_MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 
+_GIVEN = re.compile(r"\s*(?::=|=>)")
 _DECIMAL = re.compile(r"(?:^|#[-+]?)10#")
 #: A token with the white space before it.
 _PATTERN = re.compile(
@@ -298,7 +299,7 @@ class _Lexer:
         """Return whether the word is PUBLIC or INTERNAL before a type or program."""
         if word not in _ACCESS or self._previous not in ("TYPE", "PROGRAM"):
             return False
-        return re.match(r"\s+[A-Za-z_]", self._text[behind : behind + 40]) is not None
+        return re.match(r"\s+[A-Za-z_\x80-\uffff]", self._text[behind : behind + 40]) is not None
 
     def _line_end(self, offset: int) -> int:
         line = bisect_right(self._starts, offset)
@@ -330,6 +331,8 @@ class _Lexer:
             self._refuse(f"{word} is not supported (edge qualifiers)", offset, "use an R_TRIG")
         if "__" in word or word.endswith("_"):
             self._note("a name with __ or _ at its end", offset)
+        elif word in ("EN", "ENO") and _GIVEN.match(self._text, behind):
+            pass  # a pin of a call; the checker notes it
         elif word in _RESERVED or word in KEYWORDS - OBJECT_WORDS:
             self._note("a reserved word as a name", offset)
         if self._cases and self._previous in _BEFORE_LABEL:

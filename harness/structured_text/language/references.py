@@ -15,6 +15,7 @@ from structured_text.language.types import (
     ElementaryType,
     InterfaceType,
     ReferenceType,
+    StructType,
     Type,
 )
 from structured_text.language.values import describe
@@ -133,7 +134,14 @@ class References:
             kind = place.base.type
             if isinstance(kind, ReferenceType):
                 return place.base
+        self._check_bit(place, node.at)
         return _to(place, "REFERENCE")
+
+    def _check_bit(self, place: t.Variable, at: s.Position) -> None:
+        """Raise InputError if a variable is a BIT, which shares its byte with others."""
+        of = place.base.type if isinstance(place, t.Member) else None
+        if isinstance(of, StructType) and place.name.upper() in of.bits:  # type: ignore[union-attr]
+            raise self._scope.error("a BIT has no address", at, "make it a BOOL")
 
     def _fitted(self, found: t.Expression, want: ReferenceType, node: s.Expression) -> t.Expression:
         kind = found.type
@@ -230,6 +238,7 @@ class References:
             raise self._scope.error("an array of open length has no address", node.at, hint)
         if place is None or isinstance(place.type, InterfaceType):
             raise self._scope.error(f"{node.function.text} needs a variable", node.at)
+        self._check_bit(place, argument.at)
         kind = "REF_TO" if node.function.key == "REF" else "POINTER"
         if isinstance(want, ReferenceType):
             kind = want.kind

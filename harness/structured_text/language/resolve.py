@@ -23,6 +23,7 @@ from structured_text.language.scalars import (
     ANY_INT,
     ANY_REAL,
     ANY_STRING,
+    BOOL,
     CORE,
     ELEMENTARY,
     INT_RANGE,
@@ -174,17 +175,23 @@ class Types:
     ) -> tuple[Type, Any]:
         fields: list[tuple[str, Type]] = []
         seen: set[str] = set()
+        bits: set[str] = set()
         values: dict[str, Any] = {}
         if base is not None:
             known = self.type_named(last_name(base))
             if not isinstance(known, StructType):
                 raise where.error(f"{base.text} is not a structure of these sources", base.at)
             fields += known.fields
+            bits |= known.bits
             seen.update(field.upper() for field, _ in fields)
             values.update(self.initial[last_name(base)])
         for declaration in spec.fields:
             owner = f"{name}_{declaration.names[0].text}"
-            kind, initial = self.resolve(declaration.spec, where, owner)
+            bit = self.is_bit(declaration.spec, where)
+            kind, initial = (
+                (BOOL, False) if bit else self.resolve(declaration.spec, where, owner)
+            )
+            bits |= {field.key for field in declaration.names if bit}
             if has_block(kind):
                 where.note("a block in a structure", declaration.at)
             if declaration.initial is not None:
@@ -201,9 +208,17 @@ class Types:
         if spec.union and len(values) > 1:
             raise where.error("more than one field of a UNION has an initial value", spec.at)
         self.views = self.views or spec.union
-        kind = StructType(name, tuple(fields), spec.union)
+        kind = StructType(name, tuple(fields), spec.union, frozenset(bits))
         self.extents.check(kind, name, where, spec.at)
         return kind, values
+
+    def is_bit(self, spec: s.TypeSpec, where: Declared) -> bool:
+        """Return whether a field, or a variable of a block, is a BIT; note it."""
+        found = isinstance(spec, s.NamedSpec) and spec.name.key == "BIT"
+        if not found or "BIT" in self.registry.types:
+            return False
+        where.note("the type BIT", spec.at)
+        return True
 
     @staticmethod
     def _check_overlaid(kind: Type, node: s.VarDecl, where: Declared) -> None:
@@ -278,6 +293,9 @@ class Types:
                 return self.blocks[key], None
         if key in self.registry.types or declared is not None:
             raise ConsequenceError(f"the declaration of {name} has an error")
+        if key == "BIT":
+            text = "BIT is for fields of a structure and variables of a function block only"
+            raise where.error(text, spec.at, "use BOOL")
         if key in UNSUPPORTED:
             raise where.error(f"the block {name} is not supported", spec.at)
         raise where.error(

@@ -17,7 +17,7 @@ ACCESS_WORDS = frozenset(
 ACCESSORS = ("GET", "SET", "END_GET", "END_SET")
 
 _TO = re.compile(r"\s+TO\b", re.IGNORECASE)
-_NAME = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
+_NAME = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 _MEMBER = re.compile(r"\s*[.^]|\s*[;,)]")
 _END = re.compile(r"(?!\s*[:,)])")
 #: Text that follows each word where it is a keyword.
@@ -33,7 +33,7 @@ OBJECT_WORDS = frozenset(_FOLLOWS)
 _HEADS = ("METHOD", "PROPERTY", "FUNCTION_BLOCK", "INTERFACE", "FUNCTION")
 #: A name behind an access word on the same line. Without it, `Final` in `METHOD Final` is a name.
 _NAME_FOLLOWS = re.compile(
-    r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_]\w*", re.IGNORECASE
+    r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_\x80-\uffff]\w*", re.IGNORECASE
 )
 
 #: Words behind VAR or another section word. Elsewhere they are names.
@@ -49,7 +49,8 @@ def is_soft(word: str, previous: str, text: str, behind: int) -> bool:
     `previous` is the kind of the token before it, and `behind` the offset behind the word.
     """
     if word in _QUALIFIERS:
-        return not previous.startswith("VAR") and previous not in _QUALIFIERS
+        behind_section = previous.startswith("VAR") or previous in _QUALIFIERS
+        return not behind_section or _AS_NAME.match(text, behind) is not None
     begins = previous in ("", "SEMICOLON", "ERROR") or previous.startswith("END_")
     if word == "CONFIGURATION":
         return not begins or not _NAME.match(text, behind)
