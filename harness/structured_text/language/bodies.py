@@ -308,6 +308,10 @@ class _Statements:
         node = replace(node, callee=callee)
         if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
             pou = self._scope.declarations.pous.get(callee.key)
+            if pou is None and callee.key.startswith("__QUERY"):
+                asked = s.Call(callee, node.arguments, node.at)
+                self._made.append(asked)
+                return [t.Evaluate(self._expressions.check(asked, None), node.at)]
             if pou is not None and pou.kind == "FUNCTION":
                 if pou.result is not None:
                     self._scope.note("a result that is not used", node.at)

@@ -11,7 +11,7 @@ from typing import Protocol
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Scope
-from structured_text.language.types import ElementaryType, Type
+from structured_text.language.types import ElementaryType, StructType, Type
 
 __all__ = ["Checking"]
 
@@ -36,6 +36,9 @@ class Referring(Protocol):
 
     def followed(self, found: t.Variable) -> t.Variable:
         """Return the target of a reference; any other variable as it is."""
+
+    def generic(self, node: s.Expression, want: StructType) -> t.Expression:
+        """Type the argument of an input that is ANY."""
 
     def compared(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position

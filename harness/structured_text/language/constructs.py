@@ -124,6 +124,8 @@ CONSTRUCTS = _TRANSLATED | {
     "a character of a text by its number": "use MID",
     "a NAMESPACE": "write the name without it",
     f"arguments of {INIT}": "give them as inputs of the call",
+    "ANY": "write a function for each type",
+    "__QUERYINTERFACE or __QUERYPOINTER": "declare a variable of the interface that you need",
     "CONTINUE": "use IF",
     "an LTIME of more than 292 years": "use a shorter one",
     "an assignment in an expression": "assign in a statement before",

@@ -243,8 +243,13 @@ class Declarations(Types):
             ]
         places = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
         in_block = pou == "FUNCTION_BLOCK" and section.kind in places
+        generic = None
+        if section.kind == "VAR_INPUT" and pou in ("FUNCTION", "METHOD", "FUNCTION_BLOCK"):
+            generic = self.any_type(node.spec, where)
         if in_block and self.is_bit(node.spec, where):
             kind, initial = BOOL, False
+        elif generic is not None:
+            kind, initial = generic
         else:
             kind, initial = self.resolve(node.spec, where, owner)
         constant_section, calculated = section.qualifier == "CONSTANT", False

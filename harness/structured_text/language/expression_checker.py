@@ -39,6 +39,7 @@ from structured_text.language.scalars import (
     WIDTH,
 )
 from structured_text.language.standard import pin_name
+from structured_text.language.system import GROUPS
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -205,6 +206,9 @@ class ExpressionChecker:
 
         Raise InputError if the enumeration has no such member.
         """
+        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
+            plain = self.methods.bare(node.base)
+            node = s.Field(plain, node.name, node.at)
         if not isinstance(node, s.Field) or not isinstance(node.base, s.Name):
             return None
         kind = self.scope.declarations.type_named(node.base.key)
@@ -393,6 +397,8 @@ class ExpressionChecker:
         """
         if isinstance(want, (ReferenceType, InterfaceType)):
             return self.references.wanted(node, want)
+        if isinstance(want, StructType) and (want.name in GROUPS or want.name == "AnyType"):
+            return self.references.generic(node, want)
         key = id(node), type_name(want)
         known = self._checked.get(key)
         if known is not None and (want is None or key[1]):

@@ -26,9 +26,10 @@ from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
-from structured_text.language.registry import ConsequenceError, Declared, Registry
+from structured_text.language.registry import ConsequenceError, Declared, Registry, last_name
 from structured_text.language.scalars import TIME
 from structured_text.language.source import is_narrow, source_text
+from structured_text.language.system import QUERY, system_declaration
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
 from structured_text.language.walk import parts
@@ -375,7 +376,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
     registry = Registry(sources, errors.append)
     ordered = registry.ordered()
     declarations = Declarations(registry, errors.append)
-    for declared in ordered:
+    for declared in (*_system_interfaces(registry), *ordered):
         if isinstance(declared.node, s.Interface):
             declarations.inheritance.add(declared.node, declared)
     for declared in ordered:
@@ -426,6 +427,25 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         uses=tuple(dict.fromkeys(registry.uses)),
         views=declarations.views,
     )
+
+
+def _system_interfaces(registry: Registry) -> Iterator[Declared]:
+    """Yield the interface of `__SYSTEM`, if the sources use it and do not declare it."""
+    mentioned = {
+        last_name(name)
+        for one in (*registry.interfaces.values(), *registry.pous.values())
+        for name in _interfaces_of(one.node)
+    }
+    found = system_declaration(QUERY)
+    if found is not None and QUERY in mentioned and QUERY not in registry.interfaces:
+        registry.interfaces[QUERY] = found
+        yield found
+
+
+def _interfaces_of(node: s.Declaration) -> tuple[s.Name, ...]:
+    if isinstance(node, s.Interface):
+        return node.extends
+    return node.implements if isinstance(node, s.Pou) else ()
 
 
 def _check_extent(

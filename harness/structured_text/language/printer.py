@@ -9,7 +9,12 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.displayed import literal
 from structured_text.language.scalars import ANY_CHARS, ANY_DURATION, DIGITS
-from structured_text.language.types import ElementaryType, EnumType, ReferenceType
+from structured_text.language.types import (
+    ElementaryType,
+    EnumType,
+    InterfaceType,
+    ReferenceType,
+)
 
 __all__ = ["bounds_text", "expression_text", "init_text", "label_text", "spec_text"]
 
@@ -92,6 +97,12 @@ def _checked(node: Any) -> str:
         if node.offset is not None:
             return f"{base}[{expression_text(node.offset)}]"
         return base if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE" else f"{base}^"
+    if isinstance(node, t.Generic):
+        return expression_text(node.pointer)
+    if isinstance(node, t.Query):
+        word = "INTERFACE" if isinstance(node.target.type, InterfaceType) else "POINTER"
+        given = f"{expression_text(node.source)}, {expression_text(node.target)}"
+        return f"__QUERY{word}({given})"
     assert isinstance(node, t.CallMethod), node  # the callers refuse other parsed nodes
     _, name, *accessor = node.method.name.split(".")
     called = f"{'SUPER^' if node.final else expression_text(node.instance)}.{name}"

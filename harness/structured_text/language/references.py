@@ -9,6 +9,7 @@ from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import is_null
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, string_length
 from structured_text.language.sizes import size_of
+from structured_text.language.system import GROUPS, class_of
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -25,10 +26,9 @@ __all__ = ["FUNCTIONS", "PLACES", "References", "place_of"]
 #: Nodes that are written as a variable.
 PLACES = (s.Name, s.Field, s.Index, s.Dereference, s.This)
 #: The functions that this module types. Those in `_REFUSED` are not supported.
-FUNCTIONS = ("ADR", "REF", "__ISVALIDREF")
+FUNCTIONS = ("ADR", "REF", "__ISVALIDREF", "__QUERYINTERFACE", "__QUERYPOINTER")
+_QUERY = "IQueryInterface"
 _REFUSED = {
-    "__QUERYINTERFACE": "keep a variable of the interface you need",
-    "__QUERYPOINTER": "use REFERENCE TO",
     "__NEW": "declare the variable; nothing is made while the program runs",
     "__DELETE": "declare the variable; nothing is made while the program runs",
     **dict.fromkeys(("__VARINFO", "__POUNAME", "__POSITION"), "write a STRING of your own"),
@@ -190,6 +190,74 @@ class References:
         self._scope.declarations.views = True
         return t.Deref(t.Recast(_to(base, "POINTER"), ReferenceType("POINTER", row)), row)
 
+    def generic(self, node: s.Expression, want: StructType) -> t.Expression:
+        """Type the argument of an input that is ANY: pointer, size and class of a variable.
+
+        Raise InputError for a value, a variable without known bytes, or one of another group.
+        """
+        found = self._all.check(node, None)
+        kind, group = found.type, GROUPS.get(want.name)
+        if isinstance(kind, StructType) and kind.fields == want.fields:
+            return found
+        place = place_of(found)
+        if place is None:
+            hint = "assign it to a variable first"
+            raise self._scope.error(
+                f"{self._any(want)} takes a variable, not a value", node.at, hint
+            )
+        self._check_bit(place, node.at)
+        size = size_of(kind)
+        if size is None:
+            raise self._scope.error(
+                f"{self._any(want)} does not take a {describe(kind)}",
+                node.at,
+                "its size differs from tool to tool",
+            )
+        if group is not None and (not isinstance(kind, ElementaryType) or kind.name not in group):
+            text = f"{self._any(want)} does not take a {describe(kind)}"
+            raise self._scope.error(text, node.at, f"it takes {', '.join(group)}")
+        pointer: t.Expression = _to(place, "POINTER")
+        if kind != ELEMENTARY["BYTE"]:
+            pointer = t.Recast(pointer, ReferenceType("POINTER", ELEMENTARY["BYTE"]))
+        return t.Generic(pointer, class_of(kind), size, want)
+
+    @staticmethod
+    def _any(kind: StructType) -> str:
+        return kind.name if kind.name in GROUPS else "ANY"
+
+    def query(self, node: s.Call) -> t.Query:
+        """Type __QUERYINTERFACE and __QUERYPOINTER, or raise InputError."""
+        name, objects = node.function.key, self._scope.declarations.objects
+        if len(node.arguments) != 2:
+            text = f"{name} takes 2 arguments, not {len(node.arguments)}"
+            raise self._scope.error(text, node.at)
+        first, second = (one.value for one in node.arguments)
+        source = self._all.check(first, None)
+        if not isinstance(source.type, (InterfaceType, BlockType)):
+            text = f"{name} needs an interface or block, not a {describe(source.type)}"
+            raise self._scope.error(text, first.at)
+        if not isinstance(second, PLACES):
+            raise self._scope.error(f"{name} needs a variable for its result", second.at)
+        target = self._all.writable(second)
+        kind = target.type
+        asked: Type | None = kind
+        if name == "__QUERYPOINTER":
+            asked = kind.target if isinstance(kind, ReferenceType) else None
+            if not isinstance(asked, BlockType):
+                text = f"{name} needs a POINTER TO a function block, not a {describe(kind)}"
+                raise self._scope.error(text, second.at)
+        elif not isinstance(kind, InterfaceType):
+            text = f"{name} needs a variable of an interface, not a {describe(kind)}"
+            raise self._scope.error(text, second.at)
+        for one, at in ((source.type, first.at), (asked, second.at)):
+            if isinstance(one, InterfaceType) and not objects.is_a(one, InterfaceType(_QUERY)):
+                hint = f"let {one.name} EXTEND __SYSTEM.{_QUERY}"
+                raise self._scope.error(f"{name} cannot ask for {one.name}", at, hint)
+        assert asked is not None
+        key = asked.name.upper()
+        blocks = objects.derived(key) + [one for one in objects.blocks if one == key]
+        return t.Query(source, target, tuple(blocks), BOOL)
+
     # --- functions ---
 
     def is_known(self, node: s.Call) -> bool:
@@ -203,7 +271,9 @@ class References:
                 f"{node.function.text} is not supported", node.at, _REFUSED[key]
             )
         known = key in FUNCTIONS and key not in self._scope.declarations.pous
-        if known:
+        if known and key.startswith("__QUERY"):
+            self._scope.note("__QUERYINTERFACE or __QUERYPOINTER", node.at)
+        elif known:
             self._scope.note("ADR or REF", node.at)
         return known
 
@@ -211,12 +281,14 @@ class References:
         """Return the type of the result of ADR, REF and __ISVALIDREF."""
         if node.function.key in ("ADR", "REF"):
             return self._address(node, None).type
-        return BOOL if node.function.key == "__ISVALIDREF" else None
+        return BOOL
 
     def call(self, node: s.Call) -> t.Expression:
         """Type a call of ADR, REF or __ISVALIDREF."""
         if node.function.key in ("ADR", "REF"):
             return self._address(node, None)
+        if node.function.key != "__ISVALIDREF":
+            return self.query(node)
         argument = self._argument(node)
         found = self._all.place(argument) if isinstance(argument, PLACES) else None
         if found is None or not isinstance(found.type, ReferenceType):

@@ -31,12 +31,14 @@ __all__ = [
     "Evaluate",
     "Expression",
     "For",
+    "Generic",
     "If",
     "Index",
     "Member",
     "Null",
     "Offset",
     "Pou",
+    "Query",
     "Recast",
     "Repeat",
     "Same",
@@ -272,6 +274,29 @@ class Same:
     type: Type
 
 
+@dataclass(frozen=True)
+class Generic:
+    """The argument of an input that is ANY: pointer, class number and size [bytes] of a variable."""
+
+    pointer: Expression
+    number: int
+    size: int
+    type: Type
+
+
+@dataclass(frozen=True)
+class Query:
+    """The test whether the block of an interface is one of `blocks`, by upper-case name.
+
+    If it is, the target becomes that block, or a pointer to it. If not, the target becomes 0.
+    """
+
+    source: Expression
+    target: Variable
+    blocks: tuple[str, ...]
+    type: Type
+
+
 Variable = Use | Member | Index | This | CallMethod | Deref
 Expression = (
     Constant
@@ -287,6 +312,8 @@ Expression = (
     | Valid
     | Same
     | Assigned
+    | Generic
+    | Query
 )
 
 

@@ -175,7 +175,10 @@ def test_a_pragma_of_a_tool_is_not_taken_for_c(build: Build, text: str) -> None:
     [
         ("PROGRAM P1\nVAR B : BIT; END_VAR\nEND_PROGRAM", 2),
         ("PROGRAM P1 VAR I : INT; END_VAR\nEND_PROGRAM\nVAR_GLOBAL G : BIT; END_VAR", 3),
-        ("PROGRAM P1 VAR I : INT; END_VAR\nEND_PROGRAM\nTYPE T9 : ARRAY [1..2] OF BIT; END_TYPE", 3),
+        (
+            "PROGRAM P1 VAR I : INT; END_VAR\nEND_PROGRAM\nTYPE T9 : ARRAY [1..2] OF BIT; END_TYPE",
+            3,
+        ),
         ("PROGRAM P1 VAR I : INT; END_VAR\nEND_PROGRAM\nFUNCTION F9 : BIT\nEND_FUNCTION", 3),
     ],
 )
@@ -215,7 +218,8 @@ END_PROGRAM
 
 def test_letters_beyond_ascii_work_in_all_kinds_of_names(build: Build) -> None:
     """By hand: 3 + 4 = 7; the last letter of Zähler is written in two ways in Unicode."""
-    program = build("""
+    program = build(
+        """
 TYPE Zustände : (Grün, Gelb); END_TYPE
 TYPE Maß : STRUCT Länge : INT; END_STRUCT; END_TYPE
 FUNCTION Übertrag : INT VAR_INPUT Größe : INT; END_VAR VAR_IN_OUT Äußeres : INT; END_VAR
@@ -227,7 +231,8 @@ PROGRAM P1 VAR Zähl : Zähler; M : Maß; I, J : INT; Z : Zustände; äöü : IN
  M.LÄNGE := Übertrag(Größe := 3, Äußeres := ÄÖÜ); I := zähl.Öffne(2); Z := Zustände#Gelb;
  CASE Z OF Grün: J := 1; Gelb: J := 2; END_CASE;
 END_PROGRAM
-""".replace("zähl.", "za\N{COMBINING DIAERESIS}hl."))
+""".replace("zähl.", "za\N{COMBINING DIAERESIS}hl.")
+    )
     program.scan(0)
     names = ("M.Länge", "äöü", "I", "J", "Zähl.Σ")
     assert [program.read(f"Main.{name}") for name in names] == [7, 7, 6, 2, 3]

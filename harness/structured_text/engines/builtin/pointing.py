@@ -30,6 +30,8 @@ POINTING = (
     t.Null,
     t.Valid,
     t.Same,
+    t.Generic,
+    t.Query,
 )
 
 
@@ -112,6 +114,11 @@ class Pointing:
         if isinstance(node, t.Recast):
             own, other = self._layout(node.base.type), self._layout(node.type)
             return f"recast({self._code.exact(node.base)}, {own}, {other})"
+        if isinstance(node, t.Generic):
+            values = (repr(node.number), self._code.exact(node.pointer), repr(node.size))
+            return self.storage.made(node.type, values)
+        if isinstance(node, t.Query):
+            return self._query(node)
         assert isinstance(node, t.Same)
         left, right = self._code.exact(node.left), self._code.exact(node.right)
         if isinstance(node.left.type, InterfaceType) or "null" in (left, right):
@@ -122,6 +129,18 @@ class Pointing:
                 return f"({'not ' if node.op == '=' else ''}unlike({given}))"
             return f"(order({given}) {node.op} 0)"
         return f"({'' if node.op == '=' else 'not '}same({left}, {right}))"
+
+    def _query(self, node: t.Query) -> str:
+        """Return code that asks for another interface of a block, and stores the answer."""
+        before: list[str] = []
+        name, names = self._name(), frozenset(f"b_{block}" for block in node.blocks)
+        target = self._place(node.target, before)
+        found = f"asked({self._code.exact(node.source)}, {set(names) or '()'})"
+        pointer = isinstance(node.target.type, ReferenceType)
+        value = f"(null if {name} is no_block else Whole({name}))" if pointer else name
+        stored = self._write(target, node.target, value)
+        parts = [*before, f"({name} := {found})", stored, f"{name} is not no_block"]
+        return f"({', '.join(parts)})[-1]"
 
     def _layout(self, kind: Type) -> str:
         """Return the layout of a pointer's target; "None" if the target has no bytes."""
@@ -227,4 +246,4 @@ def _read(place: tuple[str, str]) -> str:
 
 def has_effect(node: t.Expression) -> bool:
     """Return whether an operand must be evaluated: a call, a pointer that may be 0, an assignment."""
-    return any(isinstance(one, (t.CallMethod, t.Deref, t.Assigned)) for one in nodes(node))
+    return any(isinstance(one, (t.CallMethod, t.Deref, t.Assigned, t.Query)) for one in nodes(node))

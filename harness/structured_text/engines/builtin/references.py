@@ -8,7 +8,7 @@ its target: the names of slots and the positions in lists.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any, NamedTuple, NoReturn
 
 from structured_text.engines.builtin.byte_views import (
@@ -157,6 +157,11 @@ def _same(one: Any, other: Any) -> bool:
     return first[0] is second[0] and first[1] == second[1]
 
 
+def _asked(block: Any, names: Collection[str]) -> Any:
+    """Return a block if its class has one of these names, else the value for no block."""
+    return block if type(block).__name__ in names else _NO_BLOCK
+
+
 def _place(pointer: Any) -> tuple[Any, Any]:
     if isinstance(pointer, Whole):
         return pointer.V, None
@@ -253,6 +258,7 @@ NAMES: dict[str, Any] = {
     "null": _NULL,
     "no_block": _NO_BLOCK,
     "same": _same,
+    "asked": _asked,
 }
 
 

@@ -116,6 +116,10 @@ class Storage:
             return "null"
         return "no_block" if isinstance(kind, InterfaceType) else repr(initial)
 
+    def made(self, kind: Type, values: Sequence[str]) -> str:
+        """Return code that makes a structure of values that are code."""
+        return f"s_{self._name(kind)}({', '.join(values)})"
+
     def _created(self, kind: Type, initial: Sequence[Any]) -> str:
         """Return code for the elements of an array; it is short if all elements are equal."""
         first = initial[0]
