@@ -19,7 +19,7 @@ from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from structured_text.language.standard import BLOCKS, reserved
-from structured_text.language.starting import Start, start_call, starting
+from structured_text.language.starting import Start, start_call, start_of, starting
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -122,6 +122,8 @@ class _Statements:
         if isinstance(node, s.AssignChain):
             return self._chain(node)
         if isinstance(node, (s.Assign, s.CallStatement)):
+            if isinstance(node, s.Assign) and self._is_new(node.value):
+                return self._new(node)
             enabled = self._enabled(node)
             if enabled is not None:
                 return enabled
@@ -157,6 +159,30 @@ class _Statements:
             raise self._scope.error("CONTINUE outside a loop", node.at)
         assert isinstance(node, (s.Return, s.Continue))
         return node
+
+    def _is_new(self, node: s.Expression) -> bool:
+        known = self._scope.declarations.pous
+        return isinstance(node, s.Call) and node.function.key == "__NEW" and "__NEW" not in known
+
+    def _new(self, node: s.Assign) -> list[t.Statement]:
+        """Return the assignment of a new variable, and the call of its `INIT` with arguments."""
+        assert isinstance(node.value, s.Call)
+        target = self._expressions.place(node.target)
+        self._write(target)
+        pointer, given = self._expressions.references.made(node.value, target.type)
+        found: list[t.Statement] = [t.Assign(target, pointer, node.at)]
+        kind = pointer.made if isinstance(pointer, t.New) else None
+        starter = None
+        if isinstance(kind, BlockType):
+            starter = self._scope.declarations.objects.starter(kind.name.upper())
+        if given is None and starter is None:
+            return found
+        if not isinstance(kind, BlockType):
+            raise self._scope.error(f"{describe(target.type)} takes no arguments", node.at)
+        instance = t.Deref(target, kind)
+        call = start_of(kind, instance, given or (), node.at, self._expressions)
+        made = t.Same("<>", target, t.Null(target.type), BOOL)  # 0 if there is no memory
+        return [*found, t.If(((made, (call,)),), (), node.at)]
 
     def _enabled(self, node: s.Assign | s.CallStatement) -> list[t.Statement] | None:
         """Return a call with EN or ENO as an IF; None for a statement without them.
@@ -308,6 +334,8 @@ class _Statements:
         node = replace(node, callee=callee)
         if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
             pou = self._scope.declarations.pous.get(callee.key)
+            if pou is None and callee.key == "__DELETE":
+                return [t.Evaluate(self._expressions.references.deleted(node), node.at)]
             if pou is None and callee.key.startswith("__QUERY"):
                 asked = s.Call(callee, node.arguments, node.at)
                 self._made.append(asked)

@@ -51,6 +51,13 @@ class Referring(Protocol):
         """Type a pointer that is moved by some bytes."""
 
 
+class Naming(Protocol):
+    """The part of `methods.Methods` that other modules use."""
+
+    def bare(self, node: s.Variable) -> s.Variable:
+        """Return `Library.Name` as `Name`; without a namespace the node itself."""
+
+
 class Checking(Protocol):
     """The part of `ExpressionChecker` that its parts use.
 
@@ -67,6 +74,10 @@ class Checking(Protocol):
     @property
     def references(self) -> Referring:
         """Return the references."""
+
+    @property
+    def methods(self) -> Naming:
+        """Return the calls of methods and the names with a namespace."""
 
     def variable(self, node: s.Variable) -> t.Variable:
         """Type a variable, member or element; a reference becomes its target."""

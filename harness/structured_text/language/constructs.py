@@ -126,6 +126,7 @@ CONSTRUCTS = _TRANSLATED | {
     f"arguments of {INIT}": "give them as inputs of the call",
     "ANY": "write a function for each type",
     "__QUERYINTERFACE or __QUERYPOINTER": "declare a variable of the interface that you need",
+    "__NEW or __DELETE": "declare the variable",
     "CONTINUE": "use IF",
     "an LTIME of more than 292 years": "use a shorter one",
     "an assignment in an expression": "assign in a statement before",

@@ -99,6 +99,11 @@ def _checked(node: Any) -> str:
         return base if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE" else f"{base}^"
     if isinstance(node, t.Generic):
         return expression_text(node.pointer)
+    if isinstance(node, t.New):
+        count = "" if node.count is None else f", {expression_text(node.count)}"
+        return f"__NEW({node.made.name}{count})"
+    if isinstance(node, t.Delete):
+        return f"__DELETE({expression_text(node.pointer)})"
     if isinstance(node, t.Query):
         word = "INTERFACE" if isinstance(node.target.type, InterfaceType) else "POINTER"
         given = f"{expression_text(node.source)}, {expression_text(node.target)}"

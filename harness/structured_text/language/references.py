@@ -7,7 +7,14 @@ from structured_text.language import tree as t
 from structured_text.language.checking import Checking
 from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import is_null
-from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, string_length
+from structured_text.language.scalars import (
+    ANY_BIT,
+    ANY_INT,
+    ANY_STRING,
+    BOOL,
+    ELEMENTARY,
+    string_length,
+)
 from structured_text.language.sizes import size_of
 from structured_text.language.system import GROUPS, class_of
 from structured_text.language.types import (
@@ -29,8 +36,8 @@ PLACES = (s.Name, s.Field, s.Index, s.Dereference, s.This)
 FUNCTIONS = ("ADR", "REF", "__ISVALIDREF", "__QUERYINTERFACE", "__QUERYPOINTER")
 _QUERY = "IQueryInterface"
 _REFUSED = {
-    "__NEW": "declare the variable; nothing is made while the program runs",
-    "__DELETE": "declare the variable; nothing is made while the program runs",
+    "__NEW": "write it alone behind := of an assignment to a pointer",
+    "__DELETE": "write it as a statement of its own",
     **dict.fromkeys(("__VARINFO", "__POUNAME", "__POSITION"), "write a STRING of your own"),
     "BITADR": "name the bit of the variable",
     **dict.fromkeys(("MEMCPY", "MEMSET", "MEMMOVE", "MEMCMP"), "assign or compare the variables"),
@@ -225,6 +232,66 @@ class References:
     def _any(kind: StructType) -> str:
         return kind.name if kind.name in GROUPS else "ANY"
 
+    def made(self, node: s.Call, want: Type) -> tuple[t.Expression, tuple[s.Argument, ...] | None]:
+        """Type `__NEW(type)` or `__NEW(type, count)`, which is assigned to a pointer.
+
+        Returns:
+            The pointer, and the arguments for the `INIT` of a block, if the type has them.
+
+        Raises:
+            InputError: no pointer, no type, or a count of blocks.
+        """
+        self._scope.note("__NEW or __DELETE", node.at)
+        if not isinstance(want, ReferenceType):
+            text = f"__NEW needs a pointer to assign to, not a {describe(want)}"
+            raise self._scope.error(text, node.at)
+        if len(node.arguments) not in (1, 2):
+            text = f"__NEW takes a type, and a count, not {len(node.arguments)} arguments"
+            raise self._scope.error(text, node.at)
+        spec, given = self._new_spec(node.arguments[0].value)
+        kind, initial = self._scope.declarations.resolve(spec, self._scope.where)
+        count: t.Expression | None = None
+        if len(node.arguments) == 2:
+            size = node.arguments[1].value
+            if isinstance(kind, BlockType):
+                raise self._scope.error("__NEW makes one block at a time", size.at)
+            index = self._all.infer(size) or ELEMENTARY["DINT"]
+            if not isinstance(index, ElementaryType) or index.name not in ANY_INT:
+                text = f"a count must be an integer, not a {describe(index)}"
+                raise self._scope.error(text, size.at)
+            count = self._all.check(size, index)
+        self._scope.pou.clock = True  # the code needs the globals, which list these variables
+        found = t.New(kind, initial, count, ReferenceType("POINTER", kind))
+        pou = self._scope.declarations.pous.get(kind.name.upper())
+        if isinstance(kind, BlockType) and pou is not None and "ABSTRACT" in pou.words:
+            raise self._scope.error(f"{kind.name} is ABSTRACT and has no instances", node.at)
+        return self._fitted(found, want, node), given
+
+    def _new_spec(
+        self, node: s.Expression
+    ) -> tuple[s.NamedSpec, tuple[s.Argument, ...] | None]:
+        """Return the type that `__NEW` names, and the arguments behind it."""
+        call = node if isinstance(node, (s.Call, s.Invoke)) else None
+        callee = call.callee if isinstance(call, s.Invoke) else call.function if call else node
+        plain = self._all.methods.bare(callee) if isinstance(callee, s.Field) else callee
+        if not isinstance(plain, s.Name):
+            raise self._scope.error("__NEW needs the name of a type", node.at)
+        if call is None:
+            return s.NamedSpec(plain, plain.at), None
+        if plain.key in ANY_STRING and len(call.arguments) == 1:
+            return s.NamedSpec(plain, plain.at, call.arguments[0].value), None
+        return s.NamedSpec(plain, plain.at), call.arguments
+
+    def deleted(self, node: s.CallStatement) -> t.Delete:
+        """Type `__DELETE(pointer)`, or raise InputError."""
+        self._scope.note("__NEW or __DELETE", node.at)
+        value = node.arguments[0].value if len(node.arguments) == 1 else None
+        found = self._all.writable(value) if isinstance(value, PLACES) else None
+        if found is None or not isinstance(found.type, ReferenceType):
+            raise self._scope.error("__DELETE needs a variable that is a pointer", node.at)
+        self._scope.pou.clock = True
+        return t.Delete(found, ElementaryType(""))
+
     def query(self, node: s.Call) -> t.Query:
         """Type __QUERYINTERFACE and __QUERYPOINTER, or raise InputError."""
         name, objects = node.function.key, self._scope.declarations.objects
@@ -267,9 +334,9 @@ class References:
         """
         key = node.function.key
         if key in _REFUSED and key not in self._scope.declarations.pous:
-            raise self._scope.error(
-                f"{node.function.text} is not supported", node.at, _REFUSED[key]
-            )
+            alone = key in ("__NEW", "__DELETE")
+            text = "cannot stand here" if alone else "is not supported"
+            raise self._scope.error(f"{node.function.text} {text}", node.at, _REFUSED[key])
         known = key in FUNCTIONS and key not in self._scope.declarations.pous
         if known and key.startswith("__QUERY"):
             self._scope.note("__QUERYINTERFACE or __QUERYPOINTER", node.at)

@@ -27,6 +27,7 @@ __all__ = [
     "CallMethod",
     "Case",
     "Constant",
+    "Delete",
     "Deref",
     "Evaluate",
     "Expression",
@@ -35,6 +36,7 @@ __all__ = [
     "If",
     "Index",
     "Member",
+    "New",
     "Null",
     "Offset",
     "Pou",
@@ -297,6 +299,27 @@ class Query:
     type: Type
 
 
+@dataclass(frozen=True)
+class New:
+    """A pointer to a variable made while the program runs, or to `count` variables in a row.
+
+    `made` is the type of the variable, `initial` its initial value.
+    """
+
+    made: Type
+    initial: Any
+    count: Expression | None
+    type: ReferenceType
+
+
+@dataclass(frozen=True)
+class Delete:
+    """The end of a variable made by `New`; the pointer becomes 0."""
+
+    pointer: Variable
+    type: Type
+
+
 Variable = Use | Member | Index | This | CallMethod | Deref
 Expression = (
     Constant
@@ -314,6 +337,8 @@ Expression = (
     | Assigned
     | Generic
     | Query
+    | New
+    | Delete
 )
 
 
@@ -449,7 +474,7 @@ class Pou:
     calls: set[str] = field(default_factory=set)
     """Upper-case names of the functions of the sources that this POU calls."""
     clock: bool = False
-    """Whether this POU reads the time."""
+    """Whether this POU reads the time, or makes variables while it runs."""
     at: Position = _FIRST
     copied: set[str] = field(default_factory=set)
     """Upper-case names of VAR_INPUT that a function writes."""

@@ -32,6 +32,8 @@ POINTING = (
     t.Same,
     t.Generic,
     t.Query,
+    t.New,
+    t.Delete,
 )
 
 
@@ -119,6 +121,17 @@ class Pointing:
             return self.storage.made(node.type, values)
         if isinstance(node, t.Query):
             return self._query(node)
+        if isinstance(node, t.New):
+            created = self.storage.create(node.made, node.initial)
+            if node.count is not None:
+                return f"new_row(g, {self._code.exact(node.count)}, lambda: {created})"
+            return f"new(g, {f'[{created}]' if is_scalar(node.made) else created})"
+        if isinstance(node, t.Delete):
+            before: list[str] = []
+            place = self._place(node.pointer, before)
+            gone = f"delete(g, {_read(place)})"
+            parts = [*before, gone, self._write(place, node.pointer, "null")]
+            return f"({', '.join(parts)})[-1]"
         assert isinstance(node, t.Same)
         left, right = self._code.exact(node.left), self._code.exact(node.right)
         if isinstance(node.left.type, InterfaceType) or "null" in (left, right):
@@ -246,4 +259,4 @@ def _read(place: tuple[str, str]) -> str:
 
 def has_effect(node: t.Expression) -> bool:
     """Return whether an operand must be evaluated: a call, a pointer that may be 0, an assignment."""
-    return any(isinstance(one, (t.CallMethod, t.Deref, t.Assigned, t.Query)) for one in nodes(node))
+    return any(isinstance(one, (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)) for one in nodes(node))

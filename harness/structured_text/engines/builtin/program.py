@@ -316,6 +316,9 @@ class BuiltinProgram(OfProject):
 
     def snapshot(self) -> object:
         """Return the whole state, as a value that `restore` accepts."""
+        if self._globals.heap:
+            text = "a program with variables that __NEW has made cannot be saved"
+            raise InputError(text, hint="declare the variables")
         data = tuple(save(part) for part, save, _ in self._parts)
         if self._has_pointers:
             data = self._holders.saved(data)
@@ -329,6 +332,7 @@ class BuiltinProgram(OfProject):
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
             raise InputError("this snapshot is of another program")
         self._scans = snapshot.scans
+        self._globals.heap.clear()
         data = self._holders.loaded(snapshot.data) if self._has_pointers else snapshot.data
         for (part, _, load), saved in zip(self._parts, data, strict=True):
             load(part, saved)

@@ -8,7 +8,7 @@ its target: the names of slots and the positions in lists.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, NamedTuple, NoReturn
 
 from structured_text.engines.builtin.byte_views import (
@@ -162,6 +162,42 @@ def _asked(block: Any, names: Collection[str]) -> Any:
     return block if type(block).__name__ in names else _NO_BLOCK
 
 
+#: Limits for variables made while a program runs. Beyond them there is no memory.
+_MOST_MADE, _LONGEST_ROW = 100_000, 1_000_000
+
+
+def _new(shared: Any, held: Any) -> Any:
+    """Return a pointer to a new variable, which is started; 0 (NULL) if there is no memory."""
+    if len(shared.heap) >= _MOST_MADE:
+        return _NULL
+    shared.heap[id(held)] = held
+    begin = getattr(type(held), "begin", None)
+    if begin is not None:
+        begin(held)
+    return Item(held, 0) if isinstance(held, list) else Whole(held)
+
+
+def _new_row(shared: Any, count: int, make: Callable[[], Any]) -> Any:
+    """Return a pointer to the first of several new variables; 0 (NULL) if there is no memory."""
+    if not 0 < count <= _LONGEST_ROW:
+        return _NULL
+    return _new(shared, [make() for _ in range(count)])
+
+
+def _delete(shared: Any, pointer: Any) -> None:
+    """Call the exit methods of a variable made by `_new`, and forget it."""
+    if pointer is _NULL:
+        return
+    if isinstance(pointer, View) and isinstance(pointer.memory, Held):
+        pointer = pointer.memory.pointer  # the memory as the type that it was made as
+    held = getattr(pointer, "V" if isinstance(pointer, Whole) else "holder", None)
+    if id(held) not in shared.heap:
+        raise ProgramError("__DELETE of a pointer that does not lead to what __NEW has made")
+    for leave in getattr(type(held), "exits", ()):
+        leave(held, *[False] * (leave.__code__.co_argcount - 1))
+    shared.heap.pop(id(held), None)
+
+
 def _place(pointer: Any) -> tuple[Any, Any]:
     if isinstance(pointer, Whole):
         return pointer.V, None
@@ -259,6 +295,9 @@ NAMES: dict[str, Any] = {
     "no_block": _NO_BLOCK,
     "same": _same,
     "asked": _asked,
+    "new": _new,
+    "new_row": _new_row,
+    "delete": _delete,
 }
 
 

@@ -279,10 +279,11 @@ class Storage:
         )
         self.lines += [
             "class b_globals:",
-            f"    __slots__ = {('now', *slots)!r}",
+            f"    __slots__ = {('now', 'heap', *slots)!r}",
             "    def __init__(self):",
             "        g = self",
             "        self.now = 0",
+            "        self.heap = {}",
             *(f"        self.{slot} = {code}" for slot, (_, code) in slots.items()),
             *functions,
         ]
