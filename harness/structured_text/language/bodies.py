@@ -36,6 +36,7 @@ from structured_text.language.widening import widens
 
 __all__ = ["check_body", "check_start", "root_of"]
 
+_QUERIES = ("__QUERYINTERFACE", "__QUERYPOINTER")
 #: Deepest nesting of statements and of loops. Python limits the depth of generated code.
 _MOST_NESTED, _MOST_LOOPS = 64, 16
 
@@ -336,7 +337,7 @@ class _Statements:
             pou = self._scope.declarations.pous.get(callee.key)
             if pou is None and callee.key == "__DELETE":
                 return [t.Evaluate(self._expressions.references.deleted(node), node.at)]
-            if pou is None and callee.key.startswith("__QUERY"):
+            if pou is None and callee.key in ("__NEW", *_QUERIES):
                 asked = s.Call(callee, node.arguments, node.at)
                 self._made.append(asked)
                 return [t.Evaluate(self._expressions.check(asked, None), node.at)]

@@ -287,7 +287,7 @@ class _Lexer:
         the program, does not distinguish them.
         """
         found = _WIDE.match(self._text, offset) if kind in ("IDENT", "TYPED", "unknown") else None
-        if found is None or found.end() <= behind and kind != "unknown":
+        if found is None or (found.end() <= behind and kind != "unknown"):
             return kind, value, behind
         name = unicodedata.normalize("NFKC", found.group())
         if not all(part.isidentifier() for part in name.split("#")):

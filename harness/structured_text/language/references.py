@@ -267,9 +267,7 @@ class References:
             raise self._scope.error(f"{kind.name} is ABSTRACT and has no instances", node.at)
         return self._fitted(found, want, node), given
 
-    def _new_spec(
-        self, node: s.Expression
-    ) -> tuple[s.NamedSpec, tuple[s.Argument, ...] | None]:
+    def _new_spec(self, node: s.Expression) -> tuple[s.NamedSpec, tuple[s.Argument, ...] | None]:
         """Return the type that `__NEW` names, and the arguments behind it."""
         call = node if isinstance(node, (s.Call, s.Invoke)) else None
         callee = call.callee if isinstance(call, s.Invoke) else call.function if call else node

@@ -278,7 +278,7 @@ class Same:
 
 @dataclass(frozen=True)
 class Generic:
-    """The argument of an input that is ANY: pointer, class number and size [bytes] of a variable."""
+    """The argument of an input that is ANY: pointer to a variable, its class and size [bytes]."""
 
     pointer: Expression
     number: int

@@ -28,7 +28,17 @@ __all__ = [
 
 #: Types of fields that contain no code.
 _PLAIN = (
-    *("str", "bool", "int", "Position", "Path", "Scalar", "tuple[str, ...]", "tuple[Any, ...]", "Any"),
+    *(
+        "str",
+        "bool",
+        "int",
+        "Position",
+        "Path",
+        "Scalar",
+        "tuple[str, ...]",
+        "tuple[Any, ...]",
+        "Any",
+    ),
     *("tuple[InputError, ...]", "Type", "ReferenceType", "BlockType", "Symbol", "Pou"),
 )
 #: Names of declarations, callees and members. A `Variable` may be a name, too.

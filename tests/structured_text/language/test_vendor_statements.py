@@ -92,7 +92,8 @@ def _run(build: Build, body: str) -> BuiltinProgram:
         ("I := FIND(STR1 := 'a.b', '.'); J := FIND('xa', STR2 := 'a');", {"I": 2, "J": 2}),
         ("Q := MID('abcd', 2, POS := 2); I := LIMIT(MN := 1, 9, MX := 4);", {"Q": "bc", "I": 4}),
         # BIT: eight in a row share a byte, the next one begins a byte, W lies at a multiple of 2.
-        ("I := SIZEOF(U1.Bits); U1.Raw[0] := 16#82; U1.Raw[1] := 1; B := U1.Bits.B; C := U1.Bits.A;",
+        ("I := SIZEOF(U1.Bits); U1.Raw[0] := 16#82; U1.Raw[1] := 1; B := U1.Bits.B;"
+         "C := U1.Bits.A;",
          {"I": 6, "B": True, "C": False, "U1.Bits.H": True, "U1.Bits.I": True}),
         ("U1.Bits.C := TRUE; U1.Bits.A := TRUE; U1.Bits.C := FALSE; U1.Bits.D := TRUE;"
          "U1.Bits.Z := TRUE; U1.Bits.W := 16#0201;",

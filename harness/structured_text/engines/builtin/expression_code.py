@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from ctypes import c_float
 from dataclasses import replace
 
+from structured_text.engines.builtin.heap import kinds_of
 from structured_text.engines.builtin.pointing import POINTING, Pointing, has_effect
 from structured_text.engines.builtin.standard import JOINS, Value, of_type, settle, standard_call
 from structured_text.engines.builtin.storage import (
@@ -58,7 +59,7 @@ class ExpressionCode:
         self._shared: dict[str, bool] = {}
         self._function, self._method = pou.kind == "FUNCTION", pou.kind == "METHOD"
         self._own = set(map(id, pou.symbols.values())) if pou.kind == "METHOD" else set()
-        self.pointing = Pointing(self, views=project.views)
+        self.pointing = Pointing(self, views=project.views, made=kinds_of(project))
         self._views = project.views
         self._parts = 0
         self._results = 0

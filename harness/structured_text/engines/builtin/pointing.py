@@ -8,7 +8,7 @@ of the call stores them in their targets.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from structured_text.engines.builtin.objects import attribute, handed_back
@@ -65,14 +65,16 @@ class _Code(Protocol):
 class Pointing:
     """The writer of these expressions in one POU.
 
-    `views` says whether pointers of the project access memory as another type.
+    `views` says whether pointers of the project access memory as another type, `made` are the types
+    that `__NEW` makes variables of.
 
     Attributes:
         storage: Writer of copies of structures and arrays; set by the writer of statements.
     """
 
-    def __init__(self, code: _Code, *, views: bool = False) -> None:
+    def __init__(self, code: _Code, *, views: bool = False, made: Sequence[Type] = ()) -> None:
         self._code = code
+        self._number = list(made).index
         self._views = views
         self._names = 0
         self.storage = Storage()
@@ -124,8 +126,10 @@ class Pointing:
         if isinstance(node, t.New):
             created = self.storage.create(node.made, node.initial)
             if node.count is not None:
-                return f"new_row(g, {self._code.exact(node.count)}, lambda: {created})"
-            return f"new(g, {f'[{created}]' if is_scalar(node.made) else created})"
+                count = self._code.exact(node.count)
+                return f"new_row(g, {self._number(node.made)}, {count}, lambda: {created})"
+            held = f"[{created}]" if is_scalar(node.made) else created
+            return f"new(g, {held}, {self._number(node.made)})"
         if isinstance(node, t.Delete):
             before: list[str] = []
             place = self._place(node.pointer, before)
@@ -259,4 +263,6 @@ def _read(place: tuple[str, str]) -> str:
 
 def has_effect(node: t.Expression) -> bool:
     """Return whether an operand must be evaluated: a call, a pointer that may be 0, an assignment."""
-    return any(isinstance(one, (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)) for one in nodes(node))
+    return any(
+        isinstance(one, (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)) for one in nodes(node)
+    )

@@ -21,6 +21,7 @@ from structured_text.engines.builtin.byte_views import (
     Union,
     View,
 )
+from structured_text.engines.builtin.heap import kinds_of
 from structured_text.engines.builtin.runtime import ProgramError
 from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
 from structured_text.language.project import Project
@@ -166,22 +167,22 @@ def _asked(block: Any, names: Collection[str]) -> Any:
 _MOST_MADE, _LONGEST_ROW = 100_000, 1_000_000
 
 
-def _new(shared: Any, held: Any) -> Any:
+def _new(shared: Any, held: Any, number: int) -> Any:
     """Return a pointer to a new variable, which is started; 0 (NULL) if there is no memory."""
     if len(shared.heap) >= _MOST_MADE:
         return _NULL
-    shared.heap[id(held)] = held
+    shared.heap.put(held, number)
     begin = getattr(type(held), "begin", None)
     if begin is not None:
         begin(held)
     return Item(held, 0) if isinstance(held, list) else Whole(held)
 
 
-def _new_row(shared: Any, count: int, make: Callable[[], Any]) -> Any:
+def _new_row(shared: Any, number: int, count: int, make: Callable[[], Any]) -> Any:
     """Return a pointer to the first of several new variables; 0 (NULL) if there is no memory."""
     if not 0 < count <= _LONGEST_ROW:
         return _NULL
-    return _new(shared, [make() for _ in range(count)])
+    return _new(shared, [make() for _ in range(count)], number)
 
 
 def _delete(shared: Any, pointer: Any) -> None:
@@ -195,7 +196,7 @@ def _delete(shared: Any, pointer: Any) -> None:
         raise ProgramError("__DELETE of a pointer that does not lead to what __NEW has made")
     for leave in getattr(type(held), "exits", ()):
         leave(held, *[False] * (leave.__code__.co_argcount - 1))
-    shared.heap.pop(id(held), None)
+    shared.heap.drop(held)
 
 
 def _place(pointer: Any) -> tuple[Any, Any]:
@@ -283,6 +284,8 @@ def _base(memory: Any) -> tuple[int, Any]:
     return id(pointer.holder), pointer.key
 
 
+#: First step of the way to a variable made by `__NEW`; no program instance is called so.
+_MADE = "__NEW"
 #: The names that generated code can use.
 NAMES: dict[str, Any] = {
     "recast": _recast,
@@ -330,10 +333,16 @@ class Holders:
         self._project = project
         self._shared, self._roots = shared, roots
         self._found: dict[int, _Found] = {}
+        self._kinds = kinds_of(project)
+        self._version = 0
 
     def find(self, held: Any) -> _Found | None:
         """Return the entry of an object; None if it belonged to a call that has ended."""
+        if self._version != self._shared.heap.version:
+            self._found, self._version = {}, self._shared.heap.version
         if not self._found:
+            for place, (made, number) in enumerate(self._shared.heap.values()):
+                self._walk_made(made, self._kinds[number], place)
             for symbol in self._project.global_symbols.values():
                 if symbol.address is None:
                     value = getattr(self._shared, symbol.name.upper())
@@ -342,6 +351,16 @@ class Holders:
             for name, kind in self._project.instances.items():
                 self._walk(self._roots[name], kind, (name,), name)
         return self._found.get(id(held))
+
+    def _walk_made(self, held: Any, kind: Type, place: int) -> None:
+        """Find the objects of a variable made by `__NEW`; `place` is its place in the heap."""
+        path = f"{_MADE}[{place + 1}]"
+        if not isinstance(held, list):
+            self._walk(held, kind, (_MADE, place), path)
+            return
+        self._found[id(held)] = _Found((_MADE, place), path, ArrayType("", ((0, 0),), kind))
+        for position, part in enumerate(held if not is_scalar(kind) else ()):
+            self._walk(part, kind, (_MADE, place, position), f"{path}[{position}]")
 
     def _walk(self, held: Any, kind: Type, way: tuple[str | int, ...], path: str) -> None:
         if isinstance(kind, (StructType, BlockType)):
@@ -364,8 +383,12 @@ class Holders:
         return [(symbol.name, symbol.type) for symbol in symbols]
 
     def _at(self, way: tuple[str | int, ...]) -> Any:
-        held = self._roots[str(way[0])] if way[0] else self._shared
-        for key in way[1:]:
+        held, rest = self._shared, way[1:]
+        if way[0] == _MADE:
+            held, rest = list(self._shared.heap.values())[int(way[1])][0], way[2:]
+        elif way[0]:
+            held = self._roots[str(way[0])]
+        for key in rest:
             held = held[key] if isinstance(key, int) else getattr(held, key)
         return held
 

@@ -283,7 +283,7 @@ class Storage:
             "    def __init__(self):",
             "        g = self",
             "        self.now = 0",
-            "        self.heap = {}",
+            "        self.heap = Heap()",
             *(f"        self.{slot} = {code}" for slot, (_, code) in slots.items()),
             *functions,
         ]
