@@ -127,6 +127,7 @@ CONSTRUCTS = _TRANSLATED | {
     "ANY": "write a function for each type",
     "__QUERYINTERFACE or __QUERYPOINTER": "declare a variable of the interface that you need",
     "__NEW or __DELETE": "declare the variable",
+    "a program of _INIT and _CYCLIC": "write one PROGRAM, and begin with IF in the first scan",
     "CONTINUE": "use IF",
     "an LTIME of more than 292 years": "use a shorter one",
     "an assignment in an expression": "assign in a statement before",

@@ -25,6 +25,7 @@ from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
+from structured_text.language.phases import joined, read_variables
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
 from structured_text.language.registry import ConsequenceError, Declared, Registry, last_name
 from structured_text.language.scalars import TIME
@@ -239,7 +240,7 @@ def analyse(
 def read_file(path: Path) -> s.Source:
     """Parse a file as far as it can be read, and collect its errors, or raise InputError."""
     text = source_text(path)
-    source = read_text(text, path)
+    source = read_variables(text, path) or read_text(text, path)
     narrow = None if text.isascii() else is_narrow(path)
     if narrow is None:
         return source
@@ -286,7 +287,7 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
-    project = _resolve(sources, found, whole=not errors)
+    project = _resolve(joined(sources), found, whole=not errors)
     found = _causes(found, sources)
     # Declarations in an unreadable file are unknown to the other files.
     errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]

@@ -261,8 +261,10 @@ def _read(place: tuple[str, str]) -> str:
     return f"{holder}.{key[1:-1]}" if key.startswith("'") else f"{holder}[{key}]"
 
 
+#: Expressions with an effect, or whose evaluation can stop the program.
+_EFFECTS = (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)
+
+
 def has_effect(node: t.Expression) -> bool:
-    """Return whether an operand must be evaluated: a call, a pointer that may be 0, an assignment."""
-    return any(
-        isinstance(one, (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)) for one in nodes(node)
-    )
+    """Return whether an operand must be evaluated: it has an effect, or follows a pointer."""
+    return any(isinstance(one, _EFFECTS) for one in nodes(node))
