@@ -263,7 +263,7 @@ class ExpressionChecker:
     def _undeclared(self, node: s.Name) -> InputError:
         if node.key in self.scope.declarations.broken:
             return ConsequenceError(f"{node.text} is not declared")
-        if "_INIT_DONE" in self.scope.pou.symbols:
+        if "_INIT_DONE" in (self.scope.block or self.scope.pou).symbols:
             hint = "name its .var file, too, or the folder of the task"
             return self.scope.error(f"{node.text} is not declared", node.at, hint)
         symbols = [symbol.name for symbol in self.scope.pou.symbols.values()]

@@ -25,7 +25,7 @@ from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
-from structured_text.language.phases import joined, read_variables
+from structured_text.language.phases import joined
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
 from structured_text.language.registry import ConsequenceError, Declared, Registry, last_name
 from structured_text.language.scalars import TIME
@@ -240,7 +240,7 @@ def analyse(
 def read_file(path: Path) -> s.Source:
     """Parse a file as far as it can be read, and collect its errors, or raise InputError."""
     text = source_text(path)
-    source = read_variables(text, path) or read_text(text, path)
+    source = read_text(text, path)
     narrow = None if text.isascii() else is_narrow(path)
     if narrow is None:
         return source

@@ -30,8 +30,10 @@ from structured_text.language.source import source_text, title_of
 from structured_text.language.words import ACCESSORS
 from structured_text.output.limits import MOST_TOKENS
 
-__all__ = ["TWO_BASES", "parse", "parse_portable", "parse_text", "read_text"]
+__all__ = ["SHELL", "TWO_BASES", "parse", "parse_portable", "parse_text", "read_text"]
 
+#: Name of the POU that a `.var` file of Automation Studio is read as: it has sections without one.
+SHELL = "_VARIABLES"
 #: Marker among the access words of a block that extends two blocks.
 TWO_BASES = "EXTENDS TWO"
 
@@ -369,6 +371,7 @@ class _Builder(Statements):
         )
 
 
+_START = Token("$START", "", 0, 1, 1)
 _LITERALS = ("INTEGER", "REALNUM", "STRING", "TYPED")
 #: Cached parser tables. Building them takes longer than parsing the library.
 _TABLES = "grammar.tables"
@@ -456,6 +459,13 @@ def read_text(text: str, file: Path) -> s.Source:
     found = list(islice(tokens(text, file, notes), MOST_TOKENS + 1))
     if len(found) > MOST_TOKENS:
         return s.Source(file, (), errors=(_too_many(found[-1], file),))
+    if file.suffix.lower() == ".var":
+        found = [
+            Token("PROGRAM", "PROGRAM", 0, 1, 1),
+            Token("IDENT", SHELL, 0, 1, 1),
+            *found,
+            Token.new_borrow_pos("END_PROGRAM", "END_PROGRAM", found[-1] if found else _START),
+        ]
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     declarations, errors = read_tokens(lark, found, file)
     lines = {error.line for error in notes.errors}

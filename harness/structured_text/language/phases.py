@@ -15,28 +15,21 @@ from pathlib import Path
 
 from structured_text.language import syntax as s
 from structured_text.language.constructs import Use
-from structured_text.language.parser import read_text
+from structured_text.language.parser import SHELL
 
-__all__ = ["joined", "read_variables"]
+__all__ = ["joined"]
 
 _INIT, _CYCLIC, _EXIT = _PHASES = ("_INIT", "_CYCLIC", "_EXIT")
-_VARIABLES, _HEADS = ".var", ".fun"
-#: Name of the POU that the sections of a `.var` file are read as, and of the flag of the first scan.
-_SHELL, _DONE = "_VARIABLES", "_INIT_DONE"
-
-
-def read_variables(text: str, file: Path) -> s.Source | None:
-    """Read a `.var` file, which has sections without a POU; None for another file."""
-    if file.suffix.lower() != _VARIABLES:
-        return None
-    return read_text(f"PROGRAM {_SHELL} {text}\nEND_PROGRAM\n", file)
+_HEADS = ".fun"
+#: Name of the flag of the first scan.
+_DONE = "_INIT_DONE"
 
 
 def joined(sources: Sequence[s.Source]) -> list[s.Source]:
     """Return the sources with the programs of each task joined, and with its variables."""
     pous = [one for source in sources for one in source.declarations if isinstance(one, s.Pou)]
     names = {one.name.key for one in pous}
-    if not names & {*_PHASES, _SHELL} and not any(_is(source, _HEADS) for source in sources):
+    if not names & {*_PHASES, SHELL} and not any(_is(source, _HEADS) for source in sources):
         return list(sources)
     heads = {
         one.name.key: one
@@ -59,7 +52,7 @@ def joined(sources: Sequence[s.Source]) -> list[s.Source]:
         for node in source.declarations:
             if not isinstance(node, s.Pou):
                 kept.append(node)
-            elif node.name.key == _SHELL:
+            elif node.name.key == SHELL:
                 kept += [] if task.phases else _globals(node, source.file)
             elif node.kind == "PROGRAM" and node.name.key in _PHASES:
                 kept += [task.program()] if node is task.first else []
@@ -95,7 +88,7 @@ class _Task:
             if isinstance(one, s.Pou) and one.kind == "PROGRAM"
         ]
         self.phases = {pou.name.key: pou for pou, _ in found if pou.name.key in _PHASES}
-        self._shells = [pou for pou, _ in found if pou.name.key == _SHELL]
+        self._shells = [pou for pou, _ in found if pou.name.key == SHELL]
         order = [self.phases[name] for name in (_CYCLIC, _INIT, _EXIT) if name in self.phases]
         self.first = order[0] if order else None
         self._file = next((source.file for pou, source in found if pou is self.first), folder)
