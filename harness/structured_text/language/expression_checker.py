@@ -357,6 +357,8 @@ class ExpressionChecker:
             return self.infer(plain) if plain is not None else self.invoked(node).type
         if isinstance(node, PLACES):
             return self.variable(node).type
+        if isinstance(node, s.TypeName):
+            raise self.scope.error("a type cannot stand here", node.at, "name a variable")
         if isinstance(node, s.Assigned):
             return self._place_of(node).type
         if isinstance(node, s.Unary):
@@ -447,6 +449,8 @@ class ExpressionChecker:
             return self._call(plain, want) if plain is not None else self.invoked(node)
         if isinstance(node, PLACES):
             return self.variable(node)
+        if isinstance(node, s.TypeName):
+            raise self.scope.error("a type cannot stand here", node.at, "name a variable")
         if isinstance(node, s.Assigned):
             target = self._place_of(node)
             return t.Assigned(target, self.check(node.value, target.type), target.type)

@@ -294,6 +294,9 @@ class _Builder(Statements):
         )
         return s.PointerSpec(kind.upper(), self._plain(rest[-1]), position_of(kind))
 
+    def type_argument(self, spec: s.PointerSpec | s.ArraySpec) -> s.Argument:
+        return s.Argument(None, s.TypeName(spec, spec.at), False, spec.at)
+
     def namespace(self, word: Token, name: s.Name, *rest: Any) -> list[Any]:
         self.note("a NAMESPACE", position_of(word))
         found: list[Any] = [s.Namespace(name, False, position_of(word))]

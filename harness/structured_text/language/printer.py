@@ -56,6 +56,8 @@ def expression_text(node: s.Expression | t.Expression, within: int = 0) -> str:
         return f"{expression_text(node.base)}.{node.name.text}"
     if isinstance(node, s.Call):
         return f"{node.function.text}({', '.join(map(_argument, node.arguments))})"
+    if isinstance(node, s.TypeName):
+        return spec_text(node.spec)
     if isinstance(node, (s.Assigned, t.Assigned)):
         return f"({expression_text(node.target)} := {expression_text(node.value)})"
     return _checked(node)
@@ -140,6 +142,9 @@ def spec_text(spec: s.TypeSpec) -> str:
         return spec.name.text
     if isinstance(spec, s.ArraySpec):
         return f"ARRAY [{bounds_text(spec)}] OF {spec_text(spec.element)}"
+    if isinstance(spec, s.PointerSpec):
+        word = spec.kind if spec.kind == "REF_TO" else f"{spec.kind} TO"
+        return f"{word} {spec_text(spec.target)}"
     if isinstance(spec, s.EnumSpec):
         return f"({', '.join(member.text for member in spec.members)})"
     assert isinstance(spec, s.StructSpec)

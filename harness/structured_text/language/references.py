@@ -249,7 +249,9 @@ class References:
             text = f"__NEW takes a type, and a count, not {len(node.arguments)} arguments"
             raise self._scope.error(text, node.at)
         spec, given = self._new_spec(node.arguments[0].value)
-        kind, initial = self._scope.declarations.resolve(spec, self._scope.where)
+        declarations = self._scope.declarations
+        kind, initial = declarations.resolve(spec, self._scope.where)
+        declarations.link()
         count: t.Expression | None = None
         if len(node.arguments) == 2:
             size = node.arguments[1].value
@@ -267,8 +269,10 @@ class References:
             raise self._scope.error(f"{kind.name} is ABSTRACT and has no instances", node.at)
         return self._fitted(found, want, node), given
 
-    def _new_spec(self, node: s.Expression) -> tuple[s.NamedSpec, tuple[s.Argument, ...] | None]:
+    def _new_spec(self, node: s.Expression) -> tuple[s.TypeSpec, tuple[s.Argument, ...] | None]:
         """Return the type that `__NEW` names, and the arguments behind it."""
+        if isinstance(node, s.TypeName):
+            return node.spec, None
         call = node if isinstance(node, (s.Call, s.Invoke)) else None
         callee = call.callee if isinstance(call, s.Invoke) else call.function if call else node
         plain = self._all.methods.bare(callee) if isinstance(callee, s.Field) else callee

@@ -65,6 +65,7 @@ STRUCT
   diSize : DINT;
 END_STRUCT
 END_TYPE
+TYPE PVOID : POINTER TO BYTE; END_TYPE
 INTERFACE IQueryInterface
 END_INTERFACE
 """
@@ -99,5 +100,5 @@ def _declared() -> dict[str, Declared]:
 
 
 def system_declaration(key: str) -> Declared | None:
-    """Return the declaration of TYPE_CLASS, AnyType or IQueryInterface; None for other names."""
-    return _declared().get(key) if key in ("TYPE_CLASS", ANY_TYPE, QUERY) else None
+    """Return a declaration of `__SYSTEM` by its upper-case name; None for other names."""
+    return _declared().get(key) if key in ("TYPE_CLASS", ANY_TYPE, "PVOID", QUERY) else None

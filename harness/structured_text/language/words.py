@@ -39,8 +39,7 @@ _NAME_FOLLOWS = re.compile(
 #: Words behind VAR or another section word. Elsewhere they are names.
 _QUALIFIERS = ("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT")
 #: Text that may follow a name, but not these keywords.
-_AS_NAME = re.compile(r"\s*(?::|\.(?!\.)|,|\[|\(|=>)")
-_ACTION = re.compile(r"\s+\w+\s*:(?!=)")
+_AS_NAME = re.compile(r"\s*(?::|\.(?!\.)|,|\[|\((?!\*)|=>)")
 
 
 def is_soft(word: str, previous: str, text: str, behind: int) -> bool:
@@ -52,10 +51,8 @@ def is_soft(word: str, previous: str, text: str, behind: int) -> bool:
         behind_section = previous.startswith("VAR") or previous in _QUALIFIERS
         return not behind_section or _AS_NAME.match(text, behind) is not None
     begins = previous in ("", "SEMICOLON", "ERROR") or previous.startswith("END_")
-    if word == "CONFIGURATION":
-        return not begins or not _NAME.match(text, behind)
-    if word == "ACTION":
-        return not begins or not _ACTION.match(text, behind)
+    if word in ("CONFIGURATION", "ACTION"):
+        return not begins or _AS_NAME.match(text, behind) is not None
     if word == "UNION":
         return previous != "COLON" or _AS_NAME.match(text, behind) is not None
     if word == "CONTINUE":

@@ -86,7 +86,8 @@ FUNCTION F_Sum : INT VAR_INPUT N : INT; END_VAR VAR P : POINTER TO INT; I : INT;
 """
 _N_VARS = """ D : POINTER TO FBD; Q : POINTER TO FBD; A : POINTER TO FBA; I, K, N : INT; B : BOOL;
   P : POINTER TO INT; S : POINTER TO STRING(10); T : POINTER TO ST; O, H : POINTER TO Node;
-  X : FBD; J : INT; E : POINTER TO FBE; R : REFERENCE TO INT; Y : POINTER TO FBX; """
+  X : FBD; J : INT; E : POINTER TO FBE; R : REFERENCE TO INT; Y : POINTER TO FBX;
+  W : POINTER TO POINTER TO INT; V : POINTER TO ARRAY [2..3] OF INT; Z : PVOID; """
 
 
 def _program(before: str, variables: str, body: str) -> str:
@@ -218,6 +219,9 @@ def test_a_wrong_query_is_refused(mistakes_of: Mistakes, body: str, message: str
         ("P := __NEW(INT); P^ := P^ + 5; N := P^; P := __NEW(INT); I := P^;", {"N": 5, "I": 0}),
         ("S := __NEW(STRING(10)); S^ := 'abcdefghijkl'; N := LEN(S^);", {"N": 10}),
         ("T := __NEW(ST, 3); T[2].A := 9; N := T[2].A * 10 + T[1].A; __DELETE(T);", {"N": 94}),
+        ("W := __NEW(POINTER TO INT, 2); W[1] := ADR(J); J := 6; P := W[1]; N := P^;", {"N": 6}),
+        ("V := __NEW(ARRAY [2..3] OF INT); V^[3] := 7; N := V^[3] + V^[2]; Z := __NEW(INT);"
+         " B := Z <> 0;", {"N": 7, "B": True}),
         ("K := -1; P := __NEW(INT, K); B := P = 0;", {"B": True}),
         ("FOR I := 1 TO 3 DO H := __NEW(Node); H^.Value := I; H^.Next := O; O := H; END_FOR;"
          "WHILE H <> 0 DO N := N * 10 + H^.Value; O := H^.Next; __DELETE(H); H := O; END_WHILE;",
@@ -293,6 +297,7 @@ def test_a_wrong_pointer_stops_the_program(build: Build, body: str, message: str
         ("D := __NEW(FBD(K := 1));", "FBD has no FB_init that takes arguments"),
         ("D := __NEW(FBA(K := 1));", "cannot lead to a FBA"),
         ("Y := __NEW(FBX);", "FBX is ABSTRACT and has no instances"),
+        ("N := ABS(POINTER TO INT);", "a type cannot stand here"),
         ("__DELETE(N);", "__DELETE needs a variable that is a pointer"),
         ("__DELETE();", "__DELETE needs a variable that is a pointer"),
         ("N := __DELETE(P);", "__DELETE cannot stand here"),

@@ -203,17 +203,21 @@ FUNCTION_BLOCK configuration
   METHOD PUBLIC configuration : INT configuration := 5; END_METHOD
   union := 20; Action[1] := retain + Persistent;
 END_FUNCTION_BLOCK
+VAR_GLOBAL CONSTANT (* of all *) G : INT := 5; END_VAR
+VAR_GLOBAL (* plain *) Retain : INT; END_VAR
 TYPE Pair : UNION Constant : INT; End_Union : WORD; END_UNION END_TYPE
 PROGRAM Main2
-  VAR configuration : configuration; I : INT; continue : INT := 3; P : Pair; END_VAR
+  VAR configuration : configuration; I : INT; continue : INT := 3; P : Pair; Action : INT; END_VAR
   configuration(Retain := 2, Persistent := 3);
   I := configuration.Task() + configuration.configuration() + configuration.continue();
+  ACTION := G;
   continue := continue + I; P.Constant := 7;
 END_PROGRAM
 """)
     program.scan(0)
     assert program.read("Main.I") == 31
     assert program.read("Main.continue") == 34
+    assert program.read("Main.Action") == 5
     assert program.read("Main.P.End_Union") == 7
 
 

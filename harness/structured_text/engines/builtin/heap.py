@@ -18,7 +18,7 @@ __all__ = ["NAMES", "Heap", "heap_lines", "kinds_of"]
 class Heap(dict[int, tuple[Any, int]]):
     """The variables by their Python identity, each with the number of its type (`kinds_of`).
 
-    Several variables in a row are a list, and so is a single scalar.
+    Several variables in a row are a list, and so is a single scalar or array.
 
     Attributes:
         version: Number of changes; the ways to variables are searched again after each.

@@ -14,7 +14,7 @@ from typing import Protocol
 from structured_text.engines.builtin.objects import attribute, handed_back
 from structured_text.engines.builtin.storage import Storage, is_scalar, slot_name
 from structured_text.language import tree as t
-from structured_text.language.types import InterfaceType, ReferenceType, Type
+from structured_text.language.types import ArrayType, InterfaceType, ReferenceType, Type
 from structured_text.language.walk import nodes
 
 __all__ = ["POINTING", "Pointing", "has_effect"]
@@ -128,7 +128,8 @@ class Pointing:
             if node.count is not None:
                 count = self._code.exact(node.count)
                 return f"new_row(g, {self._number(node.made)}, {count}, lambda: {created})"
-            held = f"[{created}]" if is_scalar(node.made) else created
+            in_list = is_scalar(node.made) or isinstance(node.made, ArrayType)
+            held = f"[{created}]" if in_list else created
             return f"new(g, {held}, {self._number(node.made)})"
         if isinstance(node, t.Delete):
             before: list[str] = []

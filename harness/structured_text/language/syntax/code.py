@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 __all__ = [
     "Argument",
@@ -34,6 +34,7 @@ __all__ = [
     "Return",
     "Statement",
     "This",
+    "TypeName",
     "Unary",
     "Variable",
     "While",
@@ -179,9 +180,17 @@ class Assigned:
     at: Position
 
 
+@dataclass(frozen=True)
+class TypeName:
+    """A type as an argument, as in `__NEW(POINTER TO INT, 3)`; `spec` is its specification."""
+
+    spec: Any
+    at: Position
+
+
 Variable = Name | Field | Index | Part | Dereference | This
 #: A `Variable` may also begin with a call: `f(…).x`.
-Expression = Literal | Variable | Unary | Binary | Call | Invoke | Assigned
+Expression = Literal | Variable | Unary | Binary | Call | Invoke | Assigned | TypeName
 
 
 # --- statements ----------------------------------------------------------------------------
