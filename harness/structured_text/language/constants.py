@@ -81,6 +81,8 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
             kind, value = typed_literal(node.text)
             if kind.name not in CORE:
                 where.note(_THIRD, node.at, kind.name)
+            if kind.name == "LTIME" and int(value) >= 1 << 63:
+                where.note("an LTIME of more than 292 years", node.at)
             return Constant(value, kind, True)
         value = number(node.text)
         name = "LREAL" if isinstance(value, float) else "LINT"

@@ -22,7 +22,15 @@ __all__ = ["ConsequenceError", "Declared", "Registry", "base_name", "last_name"]
 _LATER = (s.PointerSpec, s.Method, s.Property)
 
 #: Vendor libraries with standard elements. Their names may stand before these elements.
-_LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
+_LIBRARIES = (
+    "__SYSTEM",
+    "STANDARD",
+    "TC2_STANDARD",
+    "TC2_SYSTEM",
+    "TC2_UTILITIES",
+    "UTIL",
+    "STANDARD64",
+)
 
 
 class ConsequenceError(InputError):
@@ -41,6 +49,11 @@ class Declared:
     def file(self) -> Path:
         """Return the file of the declaration."""
         return self.source.file
+
+    @property
+    def is_system(self) -> bool:
+        """Return whether the tool declares it, and not the user: it belongs to no file."""
+        return str(self.file) == _LIBRARIES[0]
 
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
         """Return an error in this declaration's file."""
@@ -186,7 +199,7 @@ class Registry:
         done: dict[str, bool] = {}
         levels: dict[str, int] = {}
         too_deep: list[Declared] = []
-        result: list[Declared] = list(self.interfaces.values())
+        result = [one for one in self.interfaces.values() if not one.is_system]
 
         # Depth-first search. `done` is False for a declaration while its dependencies are visited,
         # and True afterwards. A dependency that is still False uses itself. `levels` is the

@@ -24,6 +24,7 @@ from structured_text.language.scalars import (
     ANY_INT,
     ANY_REAL,
     ANY_STRING,
+    BOOL,
     CORE,
     ELEMENTARY,
     INT_RANGE,
@@ -31,6 +32,7 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.sizes import size_of
 from structured_text.language.standard import BLOCKS, UNSUPPORTED, conversion, reserved
+from structured_text.language.system import ANY_TYPE, GROUPS, system_declaration
 from structured_text.language.tree import Constant, Pou, Symbol
 from structured_text.language.types import (
     ArrayType,
@@ -118,8 +120,10 @@ class Types:
 
     def type_named(self, key: str) -> Type | None:
         """Return the type of the sources with this upper-case name; None without one."""
-        if key not in self.types and key in self.registry.types:
-            declared = self.registry.types[key]
+        declared = self.registry.types.get(key)
+        if declared is None and key not in self.registry.pous:
+            declared = system_declaration(key)
+        if key not in self.types and declared is not None:
             assert isinstance(declared.node, s.TypeDecl)
             self.add_type(declared.node, declared)
         return self.types.get(key)
@@ -178,6 +182,7 @@ class Types:
     ) -> tuple[Type, Any]:
         fields: list[tuple[str, Type]] = []
         seen: set[str] = set()
+        bits: set[str] = set()
         values: dict[str, Any] = {}
         if base is not None:
             known = self.type_named(last_name(base))
@@ -187,11 +192,14 @@ class Types:
                 raise where.error(f"{base.text} is not a structure of these sources", base.at)
             self.extended[name.upper()] = last_name(base)
             fields += known.fields
+            bits |= known.bits
             seen.update(field.upper() for field, _ in fields)
             values.update(self.initial[last_name(base)])
         for declaration in spec.fields:
             owner = f"{name}_{declaration.names[0].text}"
-            kind, initial = self.resolve(declaration.spec, where, owner)
+            bit = self.is_bit(declaration.spec, where)
+            kind, initial = (BOOL, False) if bit else self.resolve(declaration.spec, where, owner)
+            bits |= {field.key for field in declaration.names if bit}
             if has_block(kind):
                 where.note("a block in a structure", declaration.at)
             if declaration.initial is not None:
@@ -208,9 +216,30 @@ class Types:
         if spec.union and len(values) > 1:
             raise where.error("more than one field of a UNION has an initial value", spec.at)
         self.views = self.views or spec.union
-        kind = StructType(name, tuple(fields), spec.union)
+        kind = StructType(name, tuple(fields), spec.union, frozenset(bits))
         self.extents.check(kind, name, where, spec.at)
         return kind, values
+
+    def any_type(self, spec: s.TypeSpec, where: Declared) -> tuple[Type, Any] | None:
+        """Return type and initial value of an input that is ANY or ANY_INT; None for others."""
+        key = spec.name.key if isinstance(spec, s.NamedSpec) else ""
+        if key not in GROUPS or key in self.registry.types:
+            return None
+        where.note("ANY", spec.at, key)
+        kind = self.type_named(ANY_TYPE)
+        assert isinstance(kind, StructType)
+        named = kind if key == "ANY" else replace(kind, name=key)
+        self.types[key], self.initial[key] = named, self.initial[ANY_TYPE]
+        self.views = True
+        return named, self.initial[ANY_TYPE]
+
+    def is_bit(self, spec: s.TypeSpec, where: Declared) -> bool:
+        """Return whether a field, or a variable of a block, is a BIT; note it."""
+        found = isinstance(spec, s.NamedSpec) and spec.name.key == "BIT"
+        if not found or "BIT" in self.registry.types:
+            return False
+        where.note("the type BIT", spec.at)
+        return True
 
     @staticmethod
     def _check_overlaid(kind: Type, node: s.VarDecl, where: Declared) -> None:
@@ -302,6 +331,12 @@ class Types:
                 return self.blocks[key], None
         if key in self.registry.types or declared is not None:
             raise ConsequenceError(f"the declaration of {name} has an error")
+        if key in GROUPS:
+            text = f"{key} is for inputs of functions, methods and function blocks only"
+            raise where.error(text, spec.at, "write the type")
+        if key == "BIT":
+            text = "BIT is for fields of a structure and variables of a function block only"
+            raise where.error(text, spec.at, "use BOOL")
         if key in UNSUPPORTED:
             raise where.error(f"the block {name} is not supported", spec.at)
         own = [*self.registry.types.values(), *self.registry.pous.values()]
@@ -350,6 +385,10 @@ class Types:
 
     def lookup(self, node: s.Expression) -> Constant | None:
         """Return the constant of a name, path or call; None if it is not a constant."""
+        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
+            inner = node.base
+            if isinstance(inner.base, s.Name) and inner.base.key in self.registry.namespaces:
+                node = s.Field(inner.name, node.name, node.at)
         if isinstance(node, s.Field) and isinstance(node.base, s.Name):
             kind = self.type_named(node.base.key)
             if isinstance(kind, EnumType):
@@ -638,7 +677,7 @@ def _constant_of(symbol: Symbol) -> Constant | None:
 def is_null(node: Any) -> bool:
     """Return whether an expression is 0 or NULL."""
     if isinstance(node, s.Literal):
-        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#")
+        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#", "10#")
     return isinstance(node, s.Name) and node.key == "NULL"
 
 
