@@ -55,6 +55,15 @@ _QUALIFIERS = {
     "persistent": " PERSISTENT",
 }
 _PLAIN = "InterfaceAsPlainText"
+#: Words in the header of a file, with the dialect of the tool; TwinCAT's come before CODESYS.
+_TOOLS = {
+    "twincat": "twincat",
+    "beckhoff": "twincat",
+    "codesys": "codesys",
+    "3s-smart": "codesys",
+    "beremiz": "openplc",
+    "openplc": "openplc",
+}
 _LANGUAGES = ("ST", "IL", "LD", "FBD", "SFC", "CFC")
 
 
@@ -70,6 +79,16 @@ def read_plcopen(root: Element, file: Path) -> Project:
     if not found.units:
         raise InputError("has no POU and no type", file=file)
     return found
+
+
+def written_by(root: Element) -> str:
+    """Return the dialect of the tool that has written a PLCopen XML file; empty if unknown."""
+    said = " ".join(
+        header.get(name)
+        for header in root.all("fileHeader")
+        for name in ("companyName", "productName")
+    ).lower()
+    return next((name for word, name in _TOOLS.items() if word in said), "")
 
 
 class _Reader:
