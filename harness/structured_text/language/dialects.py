@@ -81,6 +81,12 @@ class Dialect:
     pace: str
     start: str
 
+    def unit_ns(self, moment: str) -> int:
+        """Return the unit [ns] in which a duration or date of this type is a number."""
+        if moment.startswith("L"):
+            return 1
+        return 1_000_000 if self.time_unit == "ms" and moment in ("TIME", "TOD") else 1_000_000_000
+
     @property
     def is_standard(self) -> bool:
         """Return whether it computes as the dialect of plain Structured Text does."""

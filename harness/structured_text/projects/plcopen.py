@@ -55,6 +55,8 @@ _QUALIFIERS = {
     "persistent": " PERSISTENT",
 }
 _PLAIN = "InterfaceAsPlainText"
+#: Part of the names of additions in files of CODESYS.
+_CODESYS = "3s-software.com"
 #: Words in the header of a file, with the dialect of the tool; TwinCAT's come before CODESYS.
 _TOOLS = {
     "twincat": "twincat",
@@ -88,7 +90,10 @@ def written_by(root: Element) -> str:
         for header in root.all("fileHeader")
         for name in ("companyName", "productName")
     ).lower()
-    return next((name for word, name in _TOOLS.items() if word in said), "")
+    found = next((name for word, name in _TOOLS.items() if word in said), "")
+    if not found and any(_CODESYS in one.get("name") for one in root.below("data")):
+        return "codesys"  # tools that are made from CODESYS have headers of their own
+    return found
 
 
 class _Reader:

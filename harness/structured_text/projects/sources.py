@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -29,6 +29,7 @@ __all__ = [
     "Files",
     "SourceFiles",
     "check_library",
+    "is_ax",
     "named_files",
     "not_declared",
     "source_files",
@@ -155,15 +156,16 @@ def _dialect(
             f"the files are of two tools: {file} of {name}, {second} of {other}",
             hint=f"say as which tool the program is computed: --dialect {name}",
         )
-    folders = {real(file).parent for file in own}
-    if not tools and any((above / _AX).is_file() for one in folders for above in _above(one)):
+    if not tools and is_ax(own):
         return "ax"
     return next(iter(tools), "")
 
 
-def _above(folder: Path) -> tuple[Path, ...]:
-    """Return a folder and the next ones above it, in which the file of an AX project can be."""
-    return (folder, *folder.parents[:_LEVELS])
+def is_ax(files: Iterable[Path]) -> bool:
+    """Return whether a file is in a project of SIMATIC AX."""
+    folders = {real(file).parent for file in files}
+    places = {above for one in folders for above in (one, *one.parents[:_LEVELS])}
+    return any((place / _AX).is_file() for place in places)
 
 
 def check_library(folder: Path) -> None:
