@@ -110,13 +110,13 @@ def _compiled(project: Project, engine: str) -> tuple[Program, str]:
 
 def _elsewhere(rules: Dialect, engine: str) -> str:
     """Return a notice if an engine without dialects runs a program of another tool."""
-    return "" if rules.is_standard else f"{engine} does not compute as {rules.title}"
+    return "" if rules.is_standard else f"{engine} does not compute in the dialect {rules.name}"
 
 
 def _only_here(project: Project, rules: Dialect) -> str:
     """Return the reason why matiec would compute something else than the program's tool."""
     if not rules.is_standard:
-        return f"matiec does not compute as {rules.title}"
+        return f"matiec does not compute in the dialect {rules.name}"
     if project.free:
         first = project.free[0]
         return f"matiec runs {first}, which has no task, only at the pace of the tasks"

@@ -149,12 +149,14 @@ def _dialect(
     """
     if found := rules_of(given).name if given else chosen():
         return found
-    tools = {name: file for name, file in reversed(said)}
+    tools: dict[str, Path] = {}
+    for name, file in said:
+        tools.setdefault(name, file)
     if len(tools) > 1:
-        (name, file), (other, second), *_ = tools.items()
+        (name, file), (other, second), *_ = sorted(tools.items())
         raise InputError(
             f"the files are of two tools: {file} of {name}, {second} of {other}",
-            hint=f"say as which tool the program is computed: --dialect {name}",
+            hint=f"say as which tool the program is computed: --dialect {name} or {other}",
         )
     if not tools and is_ax(own):
         return "ax"
