@@ -236,7 +236,9 @@ def _engine() -> str:
     digest = hashlib.sha256(sys.version.encode())
     package = Path(__file__).parents[1]
     rooms = [package / name for name in ("language", "projects", "engines")]
-    code = (file for room in rooms for kind in ("*.py", "*.lark", "*.toml") for file in room.rglob(kind))
+    code = (
+        file for room in rooms for kind in ("*.py", "*.lark", "*.toml") for file in room.rglob(kind)
+    )
     for file in sorted(code):
         digest.update(file.read_bytes())
     return digest.hexdigest()

@@ -233,9 +233,7 @@ class Operators:
         if kind is None or self._expressions.fold(node) is not None:
             return self._expressions.check(node, DINT)
         if isinstance(node, s.Binary) and node.op in ARITHMETIC:
-            return t.Binary(
-                node.op, self.lengthened(node.left), self.lengthened(node.right), DINT
-            )
+            return t.Binary(node.op, self.lengthened(node.left), self.lengthened(node.right), DINT)
         if isinstance(node, s.Unary) and node.op == "-":
             return t.Unary("-", self.lengthened(node.operand), DINT)
         number = self.number(_number_of_member(kind) or kind)

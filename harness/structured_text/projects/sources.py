@@ -139,9 +139,7 @@ def source_files(
     return SourceFiles(tuple(own), parts, library, notes, declared)
 
 
-def _dialect(
-    given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[Path]
-) -> str:
+def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[Path]) -> str:
     """Return the dialect of a program, or raise InputError.
 
     The user's choice comes first, then the formats of the project's files, then the `apax.yml` of

@@ -142,9 +142,7 @@ def test_counters_count_beyond_pv_to_the_limits_of_their_type(
 
 
 @pytest.mark.parametrize(("dialect", "least"), [("tia", -32768), ("twincat", 0)])
-def test_counters_stop_at_the_limits_of_their_type(
-    speak: Build, dialect: str, least: int
-) -> None:
+def test_counters_stop_at_the_limits_of_their_type(speak: Build, dialect: str, least: int) -> None:
     """Source: Siemens A5E00739858, SFB 2: the limits are -32768 and 32767."""
     program = speak(dialect, _COUNTERS)
     program.write("Main.Up.CV", 32766)
@@ -411,7 +409,9 @@ _XML = """<project xmlns="http://www.plcopen.org/xml/tc6_0200">
 <interface><localVars><variable name="t"><type><TIME/></type></variable></localVars></interface>
 <body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">t := UDINT_TO_TIME(500);</xhtml></ST></body>
 </pou></pous></types>{}</project>"""
-_ADDED = '<addData><data name="http://www.3s-software.com/plcopenxml/x" handleUnknown="x"/></addData>'
+_ADDED = (
+    '<addData><data name="http://www.3s-software.com/plcopenxml/x" handleUnknown="x"/></addData>'
+)
 
 
 @pytest.mark.parametrize(
