@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +122,7 @@ def dialects() -> dict[str, str]:
     return dict(_table()["tools"])
 
 
-@lru_cache(maxsize=None)
+@cache
 def rules_of(name: str) -> Dialect:
     """Return the rules of a dialect, or raise InputError for an unknown name."""
     known = dialects()

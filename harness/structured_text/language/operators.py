@@ -297,9 +297,9 @@ class Operators:
     ) -> t.Binary:
         """Type an operator whose operands both get one type."""
         one, other = (self._expressions.check(side, kind) for side in (left, right))
-        if op in COMPARISONS and self.is_short(self.number(kind)):
-            if _calculates(left) or _calculates(right):
-                one, other = self.lengthened(left), self.lengthened(right)
+        calculated = _calculates(left) or _calculates(right)
+        if op in COMPARISONS and calculated and self.is_short(self.number(kind)):
+            one, other = self.lengthened(left), self.lengthened(right)
         return t.Binary(op, one, other, result)
 
     def _compared(self, op: str, kind: EnumType, left: s.Expression, right: s.Expression) -> Type:

@@ -138,7 +138,8 @@ def test_counters_count_beyond_pv_to_the_limits_of_their_type(
     found = [program.read(f"Main.{name}.CV") for name in ("Up", "Down", "Parts", "Free", "Wide")]
     assert found == [up, down, parts, free, 0]
     assert program.read("Main.Parts.QU") is (parts >= 3)
-    assert program.read("Main.Up.Q") and program.read("Main.Down.Q")
+    assert program.read("Main.Up.Q")
+    assert program.read("Main.Down.Q")
 
 
 @pytest.mark.parametrize(("dialect", "least"), [("tia", -32768), ("twincat", 0)])

@@ -16,8 +16,8 @@ from rcx_harness.cell.sources import blame_lib, library_folder, source_files
 from rcx_harness.robot.config.programs import named_by
 from rcx_harness.verify.storm.demands import Demands
 from structured_text.errors import InputError
-from structured_text.language.dialects import chosen
 from structured_text.farm import Parcel
+from structured_text.language.dialects import chosen
 from structured_text.projects.needed import declared_names
 from structured_text.projects.sources import is_ax, named_files, st_files
 

@@ -8,7 +8,6 @@ slots in lower case, and all of them are scalars. The timers read the PLC time [
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from structured_text.language.dialects import Dialect
@@ -17,6 +16,8 @@ from structured_text.language.standard import BLOCKS
 from structured_text.language.types import type_name
 
 __all__ = ["CLASSES", "bodies", "counter_limits"]
+
+_Counter = Callable[[Any, int | None, int], None]
 
 
 def _class(name: str, memory: tuple[str, ...]) -> type[Any]:
@@ -123,7 +124,7 @@ def _ctu(s: Any, most: int | None, least: int) -> None:
     s.up = s.CU
     if s.R:
         s.CV = 0
-    elif edge and s.CV < (s.PV if most is None else most):
+    elif edge and (s.PV if most is None else most) > s.CV:
         s.CV += 1
     s.Q = s.CV >= s.PV
 
@@ -133,7 +134,7 @@ def _ctd(s: Any, most: int | None, least: int) -> None:
     s.down = s.CD
     if s.LD:
         s.CV = s.PV
-    elif edge and s.CV > least:
+    elif edge and least < s.CV:
         s.CV -= 1
     s.Q = s.CV <= 0
 
@@ -146,9 +147,9 @@ def _ctud(s: Any, most: int | None, least: int) -> None:
     elif s.LD:
         s.CV = s.PV
     elif up != down:
-        if up and s.CV < (s.PV if most is None else most):
+        if up and (s.PV if most is None else most) > s.CV:
             s.CV += 1
-        elif down and s.CV > least:
+        elif down and least < s.CV:
             s.CV -= 1
     s.QU = s.CV >= s.PV
     s.QD = s.CV <= 0
@@ -164,7 +165,7 @@ _KINDS: dict[str, tuple[Callable[[Any], None], tuple[str, ...]]] = {
     "TOF": (_tof, _TIMER),
     "TP": (_tp, _TIMER),
 }
-_COUNTERS: dict[str, tuple[Callable[[Any, int | None, int], None], tuple[str, ...]]] = {
+_COUNTERS: dict[str, tuple[_Counter, tuple[str, ...]]] = {
     "CTU": (_ctu, ("up",)),
     "CTD": (_ctd, ("down",)),
     "CTUD": (_ctud, ("up", "down")),
@@ -178,6 +179,11 @@ CLASSES = {
     name: _class(name, _COUNTERS[kind][1] if kind in _COUNTERS else _KINDS[kind][1])
     for name, kind in _NAMES.items()
 }
+
+
+def _counting(body: _Counter, most: int | None, least: int) -> Callable[[Any], None]:
+    """Return the function of a counter with its limits."""
+    return lambda instance: body(instance, most, least)
 
 
 def counter_limits(name: str, rules: Dialect) -> tuple[int | None, int]:
@@ -195,7 +201,7 @@ def bodies(rules: Dialect) -> dict[str, Callable[[Any], None]]:
     for name, kind in _NAMES.items():
         if kind in _COUNTERS:
             most, least = counter_limits(name, rules)
-            found[name] = partial(_COUNTERS[kind][0], most=most, least=least)
+            found[name] = _counting(_COUNTERS[kind][0], most, least)
         else:
             found[name] = _KINDS[kind][0]
     return found

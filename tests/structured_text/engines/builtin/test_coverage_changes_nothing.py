@@ -20,7 +20,8 @@ from structured_text.language.source import in_dialect
 _LEAVES = (
     *("A", "B", "N > 2", "F_Count(A)", "F_Count(N = 1)", "F_Set(K := N) > 2", "Field[N] > 0"),
     *("10 / N > 1", "SQRT(X) > 1.0", "REAL_TO_INT(Big * X) > 0", "N MOD 2 = 0"),
-    *("F_Raise(N)", "Worker.Step() > 1", "INT_TO_DINT(N) > 1", "T#1s * Big > T#0s", "Texts[N] = 'a'"),
+    *("F_Raise(N)", "Worker.Step() > 1", "INT_TO_DINT(N) > 1"),
+    *("T#1s * Big > T#0s", "Texts[N] = 'a'"),
 )  # fmt: skip
 _HEAD = """
 VAR_GLOBAL Calls : INT; END_VAR
@@ -75,7 +76,7 @@ def _behaviour(project: Project, collector: Collector | None) -> list[str]:
     """Return the values after each of some scans, up to an error and its place."""
     program = BuiltinProgram.build(project, collector)
     paths = ["Calls", *(f"Main.{one}" for one in ("R", "Q", "N", "Chosen", "Worker.Steps", "Fast"))]
-    seen = []
+    seen: list[str] = []
     for scan in range(6):
         try:
             program.scan(scan * 1000)
