@@ -17,7 +17,7 @@ from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
 from structured_text.language.project import Project
-from structured_text.language.scalars import ANY_BIT, ANY_DURATION, ANY_INT
+from structured_text.language.scalars import ANY_DATE, ANY_DURATION, ANY_REAL, ANY_STRING
 from structured_text.language.types import type_name
 from structured_text.language.walk import nodes, parts
 
@@ -237,8 +237,10 @@ def _does_more(one: Any) -> bool:
     if isinstance(one, t.CallFunction):
         return True
     if isinstance(one, t.Standard):
-        if "_TO_" in one.name:
-            return not set(one.name.split("_TO_")) <= _WHOLE
+        source, is_conversion, target = one.name.partition("_TO_")
+        if is_conversion:
+            infinite = source in ANY_REAL and target not in _OF_ANY_REAL
+            return infinite or (source in ANY_DATE and target in ANY_STRING)
         return one.name not in _SAFE
     if isinstance(one, t.Index):
         return not all(isinstance(k, t.Constant) for k in one.indices)
@@ -248,8 +250,8 @@ def _does_more(one: Any) -> bool:
     return scaled or one.op in ("/", "MOD", "**")
 
 
-#: Types whose values can be converted to each other without an error.
-_WHOLE = frozenset((*ANY_INT, *ANY_BIT))
+#: Types to which an infinite REAL can be converted without an error.
+_OF_ANY_REAL = (*ANY_REAL, *ANY_STRING, "BOOL")
 #: Standard functions that are defined for every argument.
 _SAFE = frozenset(
     (

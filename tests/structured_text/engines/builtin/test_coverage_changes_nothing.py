@@ -20,7 +20,7 @@ from structured_text.language.source import in_dialect
 _LEAVES = (
     *("A", "B", "N > 2", "F_Count(A)", "F_Count(N = 1)", "F_Set(K := N) > 2", "Field[N] > 0"),
     *("10 / N > 1", "SQRT(X) > 1.0", "REAL_TO_INT(Big * X) > 0", "N MOD 2 = 0"),
-    *("F_Raise(N)", "Worker.Step() > 1", "INT_TO_DINT(N) > 1"),
+    *("F_Raise(N)", "Worker.Step() > 1", "INT_TO_REAL(N) > 1.0"),
     *("T#1s * Big > T#0s", "Texts[N] = 'a'"),
 )  # fmt: skip
 _HEAD = """
