@@ -18,6 +18,7 @@ from structured_text.export.refused import Tool, refused, tools
 from structured_text.language.checked import analysed, load
 from structured_text.language.portability import LintFinding, lint, unportable
 from structured_text.language.project import Project
+from structured_text.language.unread import unread_bodies
 from structured_text.projects.sources import SourceFiles
 
 __all__ = ["check"]
@@ -131,6 +132,8 @@ def _compile(sources: SourceFiles, project: Project | None) -> str:
         return "; matiec not found, compiled by the front end only"
     if project is None or not any(pou.kind == "PROGRAM" for pou in project.pous.values()):
         return "; no PROGRAM among them, nothing for matiec to compile"
+    if unread_bodies(sources.all):
+        return "; matiec does not compile bodies in other languages"
     from structured_text.engines.matiec.program import MatiecProgram
 
     MatiecProgram.build(load(sources.all), matiec, compiler).close()

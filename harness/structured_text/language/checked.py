@@ -9,6 +9,7 @@ from pathlib import Path
 from structured_text.errors import InputError
 from structured_text.language import cache
 from structured_text.language.project import Project, runnable
+from structured_text.language.unread import not_executed
 
 __all__ = ["analysed", "load"]
 
@@ -41,9 +42,10 @@ def load(paths: Sequence[Path]) -> Project:
     """Return a checked project that has a program to run.
 
     Raises:
-        InputError: the first mistake, with file, line and hint.
+        InputError: the first mistake, with file, line and hint; or the program executes a body
+            in another language.
     """
     project, errors = analysed(paths)
     if project is None:
         raise errors[0]
-    return runnable(project)
+    return not_executed(runnable(project), paths)

@@ -30,6 +30,7 @@ from structured_text.language.scalars import TIME
 from structured_text.language.source import source_text
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
+from structured_text.language.unread import not_executed, refusal, unread_bodies
 from structured_text.language.walk import parts
 from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
 
@@ -205,13 +206,24 @@ def load(paths: Sequence[Path], read: Read | None = None) -> Project:
         The checked project.
 
     Raises:
-        InputError: the first mistake, with file, line and hint.
+        InputError: the first mistake, with file, line and hint; or the program executes a body
+            in another language.
     """
-    return runnable(checked(paths, read))
+    return not_executed(runnable(_whole(paths, read)), paths)
 
 
 def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
-    """Parse and check sources that may also be a library without a PROGRAM, or raise InputError."""
+    """Parse and check sources that may also be a library without a PROGRAM, or raise InputError.
+
+    Bodies in other languages are refused.
+    """
+    if unread := unread_bodies(paths):
+        raise refusal(unread)
+    return _whole(paths, read)
+
+
+def _whole(paths: Sequence[Path], read: Read | None) -> Project:
+    """Return the checked project, or raise InputError with the first mistake."""
     project, errors = analyse(paths, read)
     if errors:
         raise errors[0]

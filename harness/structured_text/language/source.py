@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
-__all__ = ["Extract", "Line", "origin", "source_text", "title_of"]
+__all__ = ["Extract", "Line", "Unread", "origin", "source_text", "title_of"]
 
 if TYPE_CHECKING:
     _AnyPath = Path
@@ -41,6 +41,27 @@ class Line:
     shift: int = 0
 
 
+@dataclass(frozen=True)
+class Unread:
+    """A body that is in another language than Structured Text.
+
+    Its POU is declared with an empty body, so that the rest of the sources can be checked.
+
+    Attributes:
+        name: Its POU, or `Block.Method` for a part of a POU.
+        says: The reason, as the predicate of a message.
+        language: The short name of its language, for lists.
+        file: Its file.
+        at: Its line in that file.
+    """
+
+    name: str
+    says: str
+    language: str
+    file: Path
+    at: int
+
+
 class Extract(_AnyPath):
     """A file together with the Structured Text that was extracted from it.
 
@@ -50,17 +71,25 @@ class Extract(_AnyPath):
     Attributes:
         lines: The text, or None for a plain path.
         title: Name for this source. It corresponds to the stem of a separate file.
+        unread: The bodies that are missing in the text, because they are in another language.
     """
 
     lines: tuple[Line, ...] | None = None
     title: str = ""
+    unread: tuple[Unread, ...] = ()
     _whole_hash: int | None = None
 
     @classmethod
-    def make(cls, file: Path, lines: tuple[Line, ...], title: str = "") -> Extract:
+    def make(
+        cls,
+        file: Path,
+        lines: tuple[Line, ...],
+        title: str = "",
+        unread: tuple[Unread, ...] = (),
+    ) -> Extract:
         """Return the extract of a file."""
         made = cls(str(file))
-        made.lines, made.title = lines, title
+        made.lines, made.title, made.unread = lines, title, unread
         return made
 
     def __eq__(self, other: object) -> bool:
@@ -81,7 +110,7 @@ class Extract(_AnyPath):
         """Return how to pickle this path; without lines it becomes a plain path."""
         if self.lines is None:
             return Path, (str(self),)
-        return Extract.make, (str(self), self.lines, self.title)
+        return Extract.make, (str(self), self.lines, self.title, self.unread)
 
 
 def source_text(file: Path) -> str:

@@ -9,7 +9,8 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from structured_text.errors import InputError
-from structured_text.language.source import Extract, Line, source_text
+from structured_text.language.source import Extract, Line, Unread, source_text
+from structured_text.language.unread import refusal
 from structured_text.projects import rockwell, siemens, twincat
 from structured_text.projects.formats import OBJECTS, PLCPROJ, SCL, TASKS
 from structured_text.projects.model import (
@@ -82,18 +83,28 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
     a POU).
 
     Raises:
-        InputError: As `read_project`. Also if a body in another language is needed and not
-            replaced, or if a replacement names an unknown POU.
+        InputError: As `read_project`. Also if a body has unsupported statements and is needed, or
+            if a replacement names an unknown POU. A body in another language that may be needed
+            becomes an empty one; see `language.unread`.
     """
     project = read_project(files)
     units, extra = _replaced(project.units, replaced)
     places = {unit.name.upper(): unit.file for unit in project.units}
     needed, notes = _foreign(units, places)
-    if needed:
-        raise _refusal(needed, places)
-    unread = {unit for unit in units if isinstance(unit.piece.body, Foreign)}
-    read = (unit for unit in units if unit not in unread)
-    paths = [Extract.make(unit.file, unit.piece.lines(), unit.name) for unit in read]
+    unsupported = [one for _, one, body in needed if body.why]
+    if unsupported:
+        raise refusal(unsupported)
+    declared = {unit for unit, _, _ in needed}
+    paths = [
+        Extract.make(
+            unit.file,
+            unit.piece.lines(),
+            unit.name,
+            tuple(one for owner, one, _ in needed if owner is unit),
+        )
+        for unit in units
+        if unit in declared or not isinstance(unit.piece.body, Foreign)
+    ]
     names = frozenset(unit.name.upper() for unit in project.units)
     return Sources((*paths, *extra), names, (*project.notes, *notes))
 
@@ -103,10 +114,10 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
 
 def _foreign(
     units: Sequence[Unit], files: Mapping[str, Path]
-) -> tuple[list[tuple[Unit, str, Foreign]], list[str]]:
-    """Return the bodies in other languages that are needed, and a note for each of the others.
+) -> tuple[list[tuple[Unit, Unread, Foreign]], list[str]]:
+    """Return the bodies in other languages that may be needed, and a note for each body.
 
-    A body is needed if another part of the project mentions its name, or if it is a program and
+    A body may be needed if another part of the project mentions its name, or if it is a program and
     there is no configuration. `files` has the project file of each unit; a replaced unit is in the
     user's file.
     """
@@ -120,11 +131,13 @@ def _foreign(
         last = name.rpartition(".")[2].upper()
         own = name.upper() == unit.name.upper()
         mentioned = any(last in words[one] for one in units if one is not unit or not own)
+        file = files[unit.name.upper()]
+        text = f"{file}:{body.at}: the body of {name} {body.says}"
         if mentioned or (own and unit.kind == "PROGRAM" and not configured):
-            needed.append((unit, name, body))
+            needed.append((unit, Unread(name, body.says, body.language, file, body.at), body))
+            notes.append(text)
         else:
-            place = f"{files[unit.name.upper()]}:{body.at}"
-            notes.append(f"{place}: the body of {name} {body.says}; nothing mentions it")
+            notes.append(f"{text}; nothing mentions it")
     return needed, notes
 
 
@@ -138,17 +151,6 @@ def _readable(piece: Piece) -> Lines:
 def _words(lines: Lines) -> set[str]:
     text = without_comments("\n".join(line.text for line in lines))
     return {word.upper() for word in _WORD.findall(text)}
-
-
-def _refusal(needed: Sequence[tuple[Unit, str, Foreign]], files: Mapping[str, Path]) -> InputError:
-    unit, name, body = needed[0]
-    others = ", ".join(f"{one} ({kind.language})" for _, one, kind in needed[1:])
-    return InputError(
-        f"the body of {name} {body.says}" + (f"; neither is {others}" if others else ""),
-        file=files[unit.name.upper()],
-        line=body.at,
-        hint=f"write it in Structured Text: --replace {name}=file.st",
-    )
 
 
 # --- replacements -----------------------------------------------------------------------------
