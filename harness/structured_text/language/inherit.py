@@ -14,7 +14,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.objects import INIT, Objects
 from structured_text.language.parser import TWO_BASES
-from structured_text.language.registry import Declared, last_name
+from structured_text.language.registry import Declared, Registry, last_name
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import ArrayType, BlockType, Type, has_block, inside
 from structured_text.language.values import describe
@@ -40,6 +40,7 @@ class _Declarations(Protocol):
 
     pous: dict[str, Pou]
     broken: set[str]
+    registry: Registry
 
     def is_known(self, key: str) -> bool:
         """Return whether the sources declare this name."""
@@ -81,6 +82,7 @@ class Inheritance:
             return {}
         if TWO_BASES in node.words:
             raise where.error("a block extends one block only", node.at, "use interfaces")
+        self._declarations.registry.check_reachable(node.extends, where)
         key = last_name(node.extends)
         base = self._declarations.pous.get(key)
         if base is None or base.kind != "FUNCTION_BLOCK":
@@ -112,7 +114,7 @@ class Inheritance:
         objects.bases[key], objects.own[key], objects.all[key] = [], {}, {}
         if isinstance(node, s.Pou):
             objects.blocks.append(key)
-            if node.extends is not None:
+            if node.extends is not None and self._declarations.registry.is_reachable(node.extends):
                 objects.extended[key] = last_name(node.extends)
 
     def finish(self) -> None:
@@ -138,9 +140,16 @@ class Inheritance:
     def _find_bases(self, owner: _Owner) -> None:
         node, where = owner.node, owner.where
         interfaces = node.implements if isinstance(node, s.Pou) else node.extends
-        if isinstance(node, s.Pou) and node.extends is not None:
-            self.objects.bases[owner.key].append(last_name(node.extends))
+        registry = self._declarations.registry
+        base_name = node.extends if isinstance(node, s.Pou) else None
+        if base_name is not None and registry.is_reachable(base_name):
+            self.objects.bases[owner.key].append(last_name(base_name))
         for name in interfaces:
+            try:
+                registry.check_reachable(name, where)
+            except InputError as error:
+                self._report(error)
+                continue
             base = self._owners.get(last_name(name))
             if base is None or not isinstance(base.node, s.Interface):
                 hint = "name its file too, or look at the spelling"

@@ -139,6 +139,18 @@ class Registry:
                     )
                 )
 
+    def is_reachable(self, name: s.Name) -> bool:
+        """Return whether a name has no namespace, or one of the sources or of a known library."""
+        space = name.key.rpartition(".")[0]
+        return not space or space in self.namespaces
+
+    def check_reachable(self, name: s.Name, where: Declared) -> None:
+        """Raise InputError if a name has an unknown namespace."""
+        if not self.is_reachable(name):
+            space = name.text[: name.text.rindex(".")]
+            hint = "name its project too, or look at the spelling"
+            raise where.error(f"there is no namespace {space}", name.at, hint)
+
     def variable_clash(self, key: str) -> str:
         """Return why a variable should not have this name; empty if it can."""
         if reserved(key) and key not in ("T", "D", "SEMA", "RTC", "PID", "RAMP"):
@@ -185,7 +197,11 @@ class Registry:
                     self._report_cycle(declared, (*path[path.index(key) :], key))
                 return
             done[key] = False
-            used = [name for name in _used(declared.node) if name in everything]
+            used = [
+                last_name(name)
+                for name in _used(declared.node)
+                if self.is_reachable(name) and last_name(name) in everything
+            ]
             for name in used:
                 visit(everything[name], (*path, key))
             done[key] = True
@@ -215,16 +231,16 @@ class Registry:
         self._report(declared.error(f"{kind}: {names}", declared.node.name.at))
 
 
-def _used(node: Any) -> Iterator[str]:
+def _used(node: Any) -> Iterator[s.Name]:
     """Yield names of types and functions that a piece of syntax uses, in order."""
     for one in nodes(node, _LATER):
         kind = type(one)
         if kind is s.NamedSpec:
-            yield one.name.key.rpartition(".")[2]
+            yield one.name
         elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
-            yield one.extends.key.rpartition(".")[2]
+            yield one.extends
         elif kind is s.Call:
-            yield one.function.key
+            yield one.function
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:

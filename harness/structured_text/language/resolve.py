@@ -176,6 +176,7 @@ class Types:
         seen: set[str] = set()
         values: dict[str, Any] = {}
         if base is not None:
+            self.registry.check_reachable(base, where)
             known = self.type_named(last_name(base))
             if not isinstance(known, StructType):
                 raise where.error(f"{base.text} is not a structure of these sources", base.at)
@@ -249,10 +250,9 @@ class Types:
             return reference, None
         if not isinstance(spec, s.NamedSpec):
             return self._nameless(spec, where, owner)
-        space, _, key = spec.name.key.rpartition(".")
+        self.registry.check_reachable(spec.name, where)
+        key = last_name(spec.name)
         name = spec.name.text[-len(key) :]
-        if space and space not in self.registry.namespaces:
-            raise where.error(f"there is no namespace {spec.name.text[: len(space)]}", spec.at)
         if key in self.registry.interfaces:
             return InterfaceType(self.registry.interfaces[key].node.name.text), None
         if spec.length is not None:

@@ -13,6 +13,7 @@ from structured_text.language.source import Extract, Line, Unread, source_text
 from structured_text.language.unread import refusal
 from structured_text.projects import rockwell, siemens, twincat
 from structured_text.projects.formats import OBJECTS, PLCPROJ, SCL, TASKS
+from structured_text.projects.joined import joined
 from structured_text.projects.model import (
     Foreign,
     Lines,
@@ -49,15 +50,21 @@ class Sources:
 def read_project(files: Sequence[Path]) -> Project:
     """Read project files, or raise InputError."""
     found = Project()
+    projects: list[Project] = []
     tasks = [file for file in files if file.suffix.lower() == TASKS]
     calls = siemens.called(file for file in files if file.suffix.lower() in SCL)
     for file in files:
         if file.suffix.lower() in SCL:
             found = found.plus(siemens.read_scl(file, calls))
         elif file not in tasks:
-            found = found.plus(_read(file))
+            read = _read(file)
+            if read.titles:
+                projects.append(read)
+            else:
+                found = found.plus(read)
     found = found.plus(twincat.read_tasks(tasks))
-    return found.plus(siemens.started(found.units))
+    found = found.plus(siemens.started(found.units))
+    return joined([*projects, *([found] if found.units or not projects else [])])
 
 
 def _read(file: Path) -> Project:
