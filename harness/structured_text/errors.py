@@ -84,6 +84,7 @@ class InputError(Exception):
         hint: str = "",
     ) -> None:
         self.message = message
+        file = getattr(line, "file", file)  # see `language.source.LineOf`
         self.file = str(file) if file is not None else None
         self.line = line
         self.column = column

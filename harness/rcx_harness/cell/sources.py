@@ -22,6 +22,7 @@ def source_files(
     program: Files,
     lib: str | Path | None = None,
     replace: Mapping[str, str | Path] | None = None,
+    device: str = "",
 ) -> SourceFiles:
     """Find the files of a program, and those of the library that it needs.
 
@@ -30,8 +31,10 @@ def source_files(
         lib: Folder of the library, searched with its subfolders; None for the one of this
             package.
         replace: Files with Structured Text for POUs of a project, by name.
+        device: The device to read of a project with several devices.
     """
-    return sources.source_files(program, default_lib() if lib is None else Path(lib), replace)
+    folder = default_lib() if lib is None else Path(lib)
+    return sources.source_files(program, folder, replace, device)
 
 
 def library_folder(lib: str | Path | None) -> Path:

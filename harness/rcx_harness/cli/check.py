@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.sources import blame_lib, library_names, source_files
-from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
+from rcx_harness.cli.options import Device, Lib, Replace, Sources, counted, replacements
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
 from rcx_harness.watch.image_source import image_use
@@ -31,6 +31,7 @@ def check(
     files: Sources,
     lib: Lib = None,
     replace: Replace = None,
+    device: Device = "",
     lint_only: Annotated[
         bool, typer.Option("--lint", help="Only the portability rules; they bind every file.")
     ] = False,
@@ -66,7 +67,7 @@ def check(
         if not files:
             return
     # With --lint each file is looked at by itself: folders with several programs go at once.
-    sources = source_files(files, lib, replacements(replace))
+    sources = source_files(files, lib, replacements(replace), device)
     for note in sources.notes:
         print(legible(f"note: {note}"))
     project, errors = (None, []) if lint_only else analysed(sources.all)

@@ -17,6 +17,7 @@ from structured_text.output.reading import check_file
 from structured_text.output.units import parse_us
 
 __all__ = [
+    "Device",
     "Lib",
     "Replace",
     "Sources",
@@ -45,6 +46,10 @@ Sources = Annotated[
 Replace = Annotated[
     list[str] | None,
     typer.Option(help="Take this ST file for a POU of a project: POU=file.st. May be repeated."),
+]
+#: The device of a project.
+Device = Annotated[
+    str, typer.Option(help="The device to read, if a project in PLCopen XML has several.")
 ]
 #: The library to use.
 Lib = Annotated[

@@ -108,6 +108,7 @@ class Bench:
         trace: str | Path | None = None,
         watch: str | Sequence[str] = (),
         replace: Mapping[str, str | Path] | None = None,
+        device: str = "",
         keep: int = KEPT,
     ) -> Bench:
         """Compile a program and put it onto a bench.
@@ -120,6 +121,7 @@ class Bench:
             trace: File for the trace; it replaces the trace of an earlier run.
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             replace: ST files for POUs of a project, by the POU's name.
+            device: The device to read of a project with several devices.
             keep: Number of trace records in memory; each snapshot contains them.
 
         Raises:
@@ -128,7 +130,7 @@ class Bench:
         whole("keep", keep, 0, sys.maxsize)
         files = program
         if not isinstance(files, SourceFiles):
-            files = source_files(files, None if lib is None else Path(lib), replace)
+            files = source_files(files, None if lib is None else Path(lib), replace, device)
         check_outputs({"trace": trace}, files)
         compiled = Compiled.take(files, engine)
         try:

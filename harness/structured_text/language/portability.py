@@ -54,7 +54,8 @@ class LintFinding:
     def __str__(self) -> str:
         """Return the finding as compilers print it."""
         kind = "rule" if self.strict else "warning"
-        return f"{self.file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
+        file = getattr(self.at.line, "file", self.file)  # see `language.source.LineOf`
+        return f"{file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
 
 
 def lint(

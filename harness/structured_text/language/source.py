@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
-__all__ = ["Extract", "Line", "Unread", "origin", "source_text", "title_of"]
+__all__ = ["Extract", "Line", "LineOf", "Unread", "origin", "source_text", "title_of"]
 
 if TYPE_CHECKING:
     _AnyPath = Path
@@ -34,11 +34,33 @@ class Line:
         text: The line without its line end.
         at: Line in the file, from 1.
         shift: Number to add to a column of this text to get the column in the file.
+        file: The file, if it is not the file of its source.
     """
 
     text: str
     at: int
     shift: int = 0
+    file: Path | None = None
+
+
+class LineOf(int):
+    """A line number in another file than that of its source.
+
+    A body that replaces one in a project has lines of two files: the interface is the project's.
+    Positions in the syntax are plain numbers, so the number itself carries its file to the message.
+    """
+
+    file: Path
+
+    def __new__(cls, line: int, file: Path) -> LineOf:
+        """Return the number with its file."""
+        made = super().__new__(cls, line)
+        made.file = file
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how to pickle it."""
+        return LineOf, (int(self), self.file)
 
 
 @dataclass(frozen=True)
@@ -140,4 +162,5 @@ def origin(file: Path, line: int, column: int) -> tuple[int, int]:
     if not lines:
         return line, column
     found = lines[min(line, len(lines)) - 1]
-    return found.at, max(1, column + found.shift)
+    at = found.at if found.file is None else LineOf(found.at, found.file)
+    return at, max(1, column + found.shift)

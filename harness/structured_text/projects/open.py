@@ -21,10 +21,10 @@ from structured_text.projects.model import (
     Project,
     Unit,
     declared_kind,
-    made,
     without_comments,
 )
 from structured_text.projects.plcopen import read_plcopen
+from structured_text.projects.tasks import NAME, NEVER
 from structured_text.projects.xml import read_xml
 
 __all__ = ["Sources", "project_sources", "read_project"]
@@ -47,8 +47,11 @@ class Sources:
     notes: tuple[str, ...] = ()
 
 
-def read_project(files: Sequence[Path]) -> Project:
-    """Read project files, or raise InputError."""
+def read_project(files: Sequence[Path], device: str = "") -> Project:
+    """Read project files, or raise InputError.
+
+    `device` chooses from the devices of a project in PLCopen XML.
+    """
     found = Project()
     projects: list[Project] = []
     tasks = [file for file in files if file.suffix.lower() == TASKS]
@@ -57,7 +60,7 @@ def read_project(files: Sequence[Path]) -> Project:
         if file.suffix.lower() in SCL:
             found = found.plus(siemens.read_scl(file, calls))
         elif file not in tasks:
-            read = _read(file)
+            read = _read(file, device)
             if read.titles:
                 projects.append(read)
             else:
@@ -67,7 +70,7 @@ def read_project(files: Sequence[Path]) -> Project:
     return joined([*projects, *([found] if found.units or not projects else [])])
 
 
-def _read(file: Path) -> Project:
+def _read(file: Path, device: str) -> Project:
     suffix = file.suffix.lower()
     if suffix in OBJECTS:
         return twincat.read_object(file)
@@ -75,7 +78,7 @@ def _read(file: Path) -> Project:
         return twincat.read_plcproj(file)
     root = read_xml(file)
     if root.name == "project":
-        return read_plcopen(root, file)
+        return read_plcopen(root, file, device)
     if root.name == "RSLogix5000Content":
         return rockwell.read_l5x(root, file)
     raise InputError(
@@ -83,18 +86,20 @@ def _read(file: Path) -> Project:
     )
 
 
-def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sources:
+def project_sources(
+    files: Sequence[Path], replaced: Mapping[str, Path], device: str = ""
+) -> Sources:
     """Make sources from project files.
 
     A replacement is a body, or a whole declaration, by the POU's name (`Block.Method` for a part of
-    a POU).
+    a POU), or of the tasks (`Tasks`). `device`: see `read_project`.
 
     Raises:
         InputError: As `read_project`. Also if a body has unsupported statements and is needed, or
             if a replacement names an unknown POU. A body in another language that may be needed
             becomes an empty one; see `language.unread`.
     """
-    project = read_project(files)
+    project = read_project(files, device)
     units, extra = _replaced(project.units, replaced)
     places = {unit.name.upper(): unit.file for unit in project.units}
     needed, notes = _foreign(units, places)
@@ -113,7 +118,10 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
         if unit in declared or not isinstance(unit.piece.body, Foreign)
     ]
     names = frozenset(unit.name.upper() for unit in project.units)
-    return Sources((*paths, *extra), names, (*project.notes, *notes))
+    notes = [*project.notes, *notes]
+    if NAME.upper() in (name.upper() for name in replaced):
+        notes = [note for note in notes if NEVER not in note]
+    return Sources((*paths, *extra), names, tuple(notes))
 
 
 # --- bodies in other languages ----------------------------------------------------------------
@@ -168,6 +176,11 @@ def _replaced(units: Sequence[Unit], replaced: Mapping[str, Path]) -> tuple[list
     found, whole = list(units), []
     for name, file in replaced.items():
         number = next((k for k, unit in enumerate(found) if _has(unit.piece, name)), None)
+        if number is None and name.upper() == NAME.upper():
+            number = next((k for k, one in enumerate(found) if one.kind == "CONFIGURATION"), None)
+            if number is None:
+                whole.append(file)
+                continue
         if number is None:
             names = [one for unit in units for one in _names(unit.piece)]
             near = get_close_matches(name.upper(), [one.upper() for one in names], 1)
@@ -183,7 +196,9 @@ def _replaced(units: Sequence[Unit], replaced: Mapping[str, Path]) -> tuple[list
             del found[number]
             whole.append(file)
         else:
-            found[number] = replace(unit, piece=_with_body(unit.piece, name, text), file=file)
+            found[number] = replace(
+                unit, piece=_with_body(unit.piece, name, text, unit.file), file=file
+            )
     return found, whole
 
 
@@ -195,16 +210,23 @@ def _has(piece: Piece, name: str) -> bool:
     return any(one.upper() == name.upper() for one in _names(piece))
 
 
-def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
-    """Return the piece with a body from another file; its other lines get the line number 1."""
+def _with_body(piece: Piece, name: str, text: Sequence[str], project: Path) -> Piece:
+    """Return the piece with a body from another file; its other lines stay those of the project."""
     own = piece.name.upper() == name.upper()
-    body = tuple(Line(line, at) for at, line in enumerate(text, 1)) if own else piece.body
-    if not isinstance(body, Foreign) and not own:
-        body = made(1, *(line.text for line in body))
+    body = piece.body
+    if own:
+        body = tuple(Line(line, at) for at, line in enumerate(text, 1))
+    elif not isinstance(body, Foreign):
+        body = _of(body, project)
     return Piece(
         piece.name,
-        made(1, *(line.text for line in piece.head)),
+        _of(piece.head, project),
         body,
-        made(1, *(line.text for line in piece.end)),
-        tuple(_with_body(part, name, text) for part in piece.parts),
+        _of(piece.end, project),
+        tuple(_with_body(part, name, text, project) for part in piece.parts),
     )
+
+
+def _of(lines: Lines, file: Path) -> Lines:
+    """Return the lines with their file; lines that another replacement added have one already."""
+    return tuple(replace(line, file=line.file or file) for line in lines)

@@ -85,13 +85,15 @@ def source_files(
     program: Files,
     library: Path | None,
     replace: Mapping[str, str | Path] | None = None,
+    device: str = "",
 ) -> SourceFiles:
     """Find the files of a program, and the library files that it needs.
 
     Raise InputError if a file or folder is missing, a folder has no sources, or a project cannot be
     read. A folder gives its `.st` files (see `st_files`), or else its TwinCAT project. The library
     is searched with its subfolders; names that a project declares are not taken from it. `replace`
-    has files with Structured Text for POUs of a project, by name.
+    has files with Structured Text for POUs of a project, by name. `device` is the one to read of
+    several devices in a project.
     """
     named = named_files(program)
     projects = [file for file in named if is_project(file)]
@@ -100,6 +102,8 @@ def source_files(
             "--replace is for projects of PLC tools, and none is given",
             hint="change the .st file itself",
         )
+    if device and not projects:
+        raise InputError("--device is for projects of PLC tools, and none is given")
     own = [file for file in named if file not in projects]
     declared: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
@@ -107,7 +111,7 @@ def source_files(
         from structured_text.projects.open import project_sources
 
         instead = {name: Path(file) for name, file in (replace or {}).items()}
-        made = project_sources(projects, instead)
+        made = project_sources(projects, instead, device)
         own, declared, notes = [*own, *made.paths], made.declared, made.notes
     if library is not None:
         check_library(library)

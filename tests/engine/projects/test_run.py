@@ -56,12 +56,18 @@ def test_a_program_of_beremiz_runs_at_its_tasks_interval() -> None:
 def test_a_body_in_another_language_is_named(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The error appears only if the body is needed."""
-    assert main(["check", str(ladder)]) == 2
-    assert capsys.readouterr().err == (
-        f"rcx: {ladder}:13: the body of Lamp is in Ladder Diagram (LD) and is not read; "
-        "write it in Structured Text: --replace Lamp=file.st\n"
-    )
+    """The rest is checked; a program that calls the block does not run.
+
+    Source: docs/how-to/projects.md.
+    """
+    said = f"{ladder}:13: the body of Lamp is in Ladder Diagram (LD) and is not read"
+    assert main(["check", str(ladder)]) == 0
+    assert f"note: {said}\n" in capsys.readouterr().out
+    assert main(["run", str(ladder), "--no-robot", "--for", "100ms", "--engine", "builtin"]) == 2
+    refused = f"rcx: {said}; write it in Structured Text: --replace Lamp=file.st\n"
+    assert capsys.readouterr().err.removeprefix("compiling ...\n") == refused
+    assert main(["export", "st", "--program", str(ladder), "-o", str(ladder.parent / "out")]) == 2
+    assert capsys.readouterr().err.startswith(f"rcx: {said}")
 
 
 @pytest.mark.parametrize(
