@@ -16,6 +16,7 @@ from rcx_harness.watch.image_source import image_use
 from structured_text.errors import InputError, legible
 from structured_text.export.refused import Tool, refused, tools
 from structured_text.language.checked import analysed, load
+from structured_text.language.load import first_errors
 from structured_text.language.portability import LintFinding, lint, unportable
 from structured_text.language.project import Project
 from structured_text.language.unread import unread_bodies
@@ -70,7 +71,11 @@ def check(
     sources = source_files(files, lib, replacements(replace), device)
     for note in sources.notes:
         print(legible(f"note: {note}"))
-    project, errors = (None, []) if lint_only else analysed(sources.all)
+    project, errors = (None, []) if lint_only else analysed(sources.all, sys.maxsize)
+    if errors:
+        from structured_text.projects.missing import by_library
+
+        errors = first_errors(by_library(errors, sources.missing, sources.declared))
     for error in errors:
         print(f"error: {blame_lib(error, lib)}", file=sys.stderr)
     if errors:

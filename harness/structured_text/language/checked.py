@@ -10,11 +10,14 @@ from structured_text.errors import InputError
 from structured_text.language import cache
 from structured_text.language.project import Project, runnable
 from structured_text.language.unread import not_executed
+from structured_text.output.limits import MOST_MISTAKES
 
 __all__ = ["analysed", "load"]
 
 
-def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
+def analysed(
+    paths: Sequence[Path], most: int = MOST_MISTAKES
+) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, as `language.load.analyse` does."""
     key = cache.sources_key(paths)
     lasting = key if cache.is_lasting(paths) else ""
@@ -23,7 +26,7 @@ def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
     def made() -> Project:
         from structured_text.language.load import analyse  # its import is a tenth of the start-up
 
-        project, found = analyse(paths)
+        project, found = analyse(paths, most=most)
         errors.extend(found)
         if project is None:
             raise errors[0]

@@ -40,6 +40,7 @@ __all__ = [
     "analyse",
     "checked",
     "configure",
+    "first_errors",
     "load",
     "read_file",
     "too_deep",
@@ -232,16 +233,17 @@ def _whole(paths: Sequence[Path], read: Read | None) -> Project:
 
 
 def analyse(
-    paths: Sequence[Path], read: Read | None = None
+    paths: Sequence[Path], read: Read | None = None, most: int = MOST_MISTAKES
 ) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, in the order of the given files.
 
     Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
-    another error are left out.
+    another error are left out. `most` is the number of errors after which the others are counted.
     """
     read = read or read_file
     try:
-        return deeply(partial(_analysed, paths, read))
+        project, errors = deeply(partial(_analysed, paths, read))
+        return project, first_errors(errors, most)
     except RecursionError:
         return None, [too_deep(paths, read)]
 
@@ -297,7 +299,7 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
     errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
-    return project if not errors else None, _first(list(dict.fromkeys(errors)))
+    return project if not errors else None, list(dict.fromkeys(errors))
 
 
 def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
@@ -315,14 +317,14 @@ def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
             )
 
 
-def _first(errors: list[InputError]) -> list[InputError]:
+def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[InputError]:
     """Return the first errors, up to a limit, and a note on the number of further errors."""
-    more = len(errors) - MOST_MISTAKES
+    more = len(errors) - most
     if more <= 0:
         return errors
-    last = errors[MOST_MISTAKES - 1]
+    last = errors[most - 1]
     text = f"there are more mistakes, which are not shown: {more:,}"
-    return [*errors[:MOST_MISTAKES], InputError(text, file=last.file, line=last.line)]
+    return [*errors[:most], InputError(text, file=last.file, line=last.line)]
 
 
 def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:

@@ -179,6 +179,8 @@ class Methods:
             return None
         if isinstance(first, s.Name) and not self._all.is_variable(first):
             text = f"there is no variable or namespace {first.text}"
+            if first.key in self._scope.declarations.broken:
+                raise ConsequenceError(text)
             raise self._scope.error(text, first.at, "name its file too, or look at the spelling")
         final = isinstance(callee.base, s.This) and callee.base.above
         base = self._all.base(callee.base)

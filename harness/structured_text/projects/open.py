@@ -16,6 +16,7 @@ from structured_text.projects.formats import OBJECTS, PLCPROJ, SCL, TASKS
 from structured_text.projects.joined import joined
 from structured_text.projects.model import (
     Foreign,
+    Library,
     Lines,
     Piece,
     Project,
@@ -40,11 +41,13 @@ class Sources:
         paths: The sources in order: an `Extract` of each declaration, and replacing files.
         declared: The names of all POUs, types and lists of variables, in upper case.
         notes: One line for each part that is not read.
+        libraries: The libraries that the projects refer to, without those that are given.
     """
 
     paths: tuple[Path, ...] = ()
     declared: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    libraries: tuple[Library, ...] = ()
 
 
 def read_project(files: Sequence[Path], device: str = "") -> Project:
@@ -121,7 +124,7 @@ def project_sources(
     notes = [*project.notes, *notes]
     if NAME.upper() in (name.upper() for name in replaced):
         notes = [note for note in notes if NEVER not in note]
-    return Sources((*paths, *extra), names, tuple(notes))
+    return Sources((*paths, *extra), names, tuple(notes), project.libraries)
 
 
 # --- bodies in other languages ----------------------------------------------------------------

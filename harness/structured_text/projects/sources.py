@@ -20,6 +20,7 @@ from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
 from structured_text.projects.formats import in_folder, is_project
+from structured_text.projects.model import Library
 from structured_text.projects.needed import declared_names, needed
 
 __all__ = [
@@ -60,6 +61,7 @@ class SourceFiles:
         folder: The folder of the library; None if there is none.
         notes: One line for each part of a project that is not read.
         declared: Names that projects declare, in upper case; not taken from the library.
+        missing: Libraries that projects refer to and that are not given.
     """
 
     own: tuple[Path, ...]
@@ -67,6 +69,7 @@ class SourceFiles:
     folder: Path | None
     notes: tuple[str, ...] = ()
     declared: frozenset[str] = frozenset()
+    missing: tuple[Library, ...] = ()
 
     @property
     def all(self) -> list[Path]:
@@ -107,12 +110,14 @@ def source_files(
     own = [file for file in named if file not in projects]
     declared: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    missing: tuple[Library, ...] = ()
     if projects:
         from structured_text.projects.open import project_sources
 
         instead = {name: Path(file) for name, file in (replace or {}).items()}
         made = project_sources(projects, instead, device)
         own, declared, notes = [*own, *made.paths], made.declared, made.notes
+        missing = made.libraries
     if library is not None:
         check_library(library)
     taken = frozenset(real(file) for file in own)
@@ -123,7 +128,7 @@ def source_files(
     parts: tuple[Path, ...] = ()
     if library is not None:
         parts = _needed(tuple(own), seen, _Folder.of(library), taken, declared)
-    return SourceFiles(tuple(own), parts, library, notes, declared)
+    return SourceFiles(tuple(own), parts, library, notes, declared, missing)
 
 
 def check_library(folder: Path) -> None:

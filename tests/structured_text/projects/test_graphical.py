@@ -138,12 +138,12 @@ def test_a_graphical_method_is_refused_if_it_can_be_called(called: str, tmp_path
 
     Source: docs/how-to/projects.md.
     """
-    variables = "  a : Hand;\n  b : Robot;\n  f : Filler;\n"
+    variables = "  a : Hand;\n  b : Robot;\n  f : Filler;\nEND_VAR\n---\nf := a;\n"
     objects = {
         "Filler.TcIO": _INTERFACE,
         "Hand.TcPOU": _WITH_METHOD.format("Hand", "IMPLEMENTS Filler"),
         "Robot.TcPOU": _WITH_METHOD.format("Robot", "EXTENDS Hand"),
-        "MAIN.TcPOU": f"PROGRAM MAIN\nVAR\n  n : INT;\n{variables}END_VAR\n---\nf := a;\n{called}\n",
+        "MAIN.TcPOU": f"PROGRAM MAIN\nVAR\n  n : INT;\n{variables}{called}\n",
     }
     project = written_project(tmp_path / "P", objects)
     for name, tag, language in (("Hand.TcPOU", "POU", "ST"), ("Robot.TcPOU", "POU", "CFC")):
