@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from dataclasses import replace as replace_source
 from pathlib import Path
 from typing import Annotated
 
@@ -20,6 +22,7 @@ from structured_text.language.load import first_errors
 from structured_text.language.portability import LintFinding, lint, unportable
 from structured_text.language.project import Project
 from structured_text.language.unread import unread_bodies
+from structured_text.output.files import replace_files
 from structured_text.projects.sources import SourceFiles
 
 __all__ = ["check"]
@@ -36,6 +39,10 @@ def check(
     lint_only: Annotated[
         bool, typer.Option("--lint", help="Only the portability rules; they bind every file.")
     ] = False,
+    stubs: Annotated[
+        Path | None,
+        typer.Option(help="Write interfaces for what is missing, as ST files, into this folder."),
+    ] = None,
     tool: Annotated[
         str | None,
         typer.Option("--for", help=f"Only what this tool refuses: {', '.join(tools())}."),
@@ -49,6 +56,9 @@ def check(
     Robot programs (.PGM) and files with all data of a controller (.ALL) are checked, too: all
     statements, blocks, labels, ports and tasks.
 
+    With --stubs: for each type, block and function that is missing, because its library is not
+    given, a file with its interface is written, as far as its use shows it.
+
     With --for: what that tool refuses of your files, or may refuse, where no public document says.
 
     Exit code: 0 if all is well (warnings, and what may be refused, allowed), 1 if a rule of the
@@ -59,6 +69,8 @@ def check(
         raise InputError(f"--for {tool}: no such tool", hint=f"use {', '.join(tools())}")
     if tool is not None and lint_only:
         raise InputError("--for and --lint exclude each other")
+    if stubs is not None and lint_only:
+        raise InputError("--stubs and --lint exclude each other")
     programs = [file for file in files or () if file.suffix.lower() in _ROBOT_FILES]
     if programs:
         from rcx_harness.cli.robot_files import check_robot_files  # only they need the controller
@@ -71,6 +83,8 @@ def check(
     sources = source_files(files, lib, replacements(replace), device)
     for note in sources.notes:
         print(legible(f"note: {note}"))
+    if stubs is not None:
+        sources = _with_stubs(sources, stubs)
     project, errors = (None, []) if lint_only else analysed(sources.all, sys.maxsize)
     if errors:
         from structured_text.projects.missing import by_library
@@ -106,6 +120,31 @@ def check(
         )
     if strict:
         raise typer.Exit(1)
+
+
+def _with_stubs(sources: SourceFiles, folder: Path) -> SourceFiles:
+    """Write an interface for each missing name, and return the sources with these files.
+
+    Raise InputError if a file exists already: it may be the user's.
+    """
+    from structured_text.projects.stubs.write import infer_stubs
+
+    found = infer_stubs(sources.all, sources.missing, sources.declared)
+    there = [folder / name for name in found.texts if os.path.lexists(folder / name)]
+    if there:
+        others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""
+        raise InputError(
+            f"is there already{others}; nothing was written",
+            file=there[0],
+            hint=f"name {folder} as a source, too, or another folder for --stubs",
+        )
+    files = {folder / name: text for name, text in found.texts.items()}
+    replace_files(files)
+    if files:
+        print(f"written: {counted(len(files), 'interface')} in {folder}; check it with the program")
+    else:
+        print("nothing is missing: no interface was written")
+    return replace_source(sources, own=(*sources.own, *files))
 
 
 def _refused(

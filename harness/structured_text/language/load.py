@@ -37,17 +37,21 @@ from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_T
 __all__ = [
     "Read",
     "Schedule",
+    "Visit",
     "analyse",
     "checked",
     "configure",
     "first_errors",
     "load",
     "read_file",
+    "survey",
     "too_deep",
 ]
 
 #: A function that parses one source.
 Read = Callable[[Path], s.Source]
+#: A function that sees the names known in a body, and its statements.
+Visit = Callable[[Scope, tuple[s.Statement, ...]], None]
 
 #: Priority of a task without one, by the standard. It is the lowest, which runs last.
 _LOWEST = 65535
@@ -248,6 +252,15 @@ def analyse(
         return None, [too_deep(paths, read)]
 
 
+def survey(paths: Sequence[Path], visit: Visit, read: Read | None = None) -> list[InputError]:
+    """Check sources, and show each body with the names that are known in it.
+
+    `visit` is called after all declarations are resolved as far as possible, also if there are
+    errors. Return all errors.
+    """
+    return deeply(partial(_analysed, paths, read or read_file, visit))[1]
+
+
 def read_file(path: Path) -> s.Source:
     """Parse a file as far as it can be read, and collect its errors, or raise InputError."""
     return read_text(source_text(path), path)
@@ -277,7 +290,9 @@ def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
 
 
 @uncollected()
-def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[InputError]]:
+def _analysed(
+    paths: Sequence[Path], read: Read, visit: Visit | None = None
+) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
     missing = False
@@ -292,7 +307,7 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
-    project = _resolve(sources, found, whole=not errors)
+    project = _resolve(sources, found, whole=not errors, visit=visit)
     found = _causes(found, sources)
     # Declarations in an unreadable file are unknown to the other files.
     errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]
@@ -378,7 +393,13 @@ _OF = re.compile(
 _UNKNOWN = re.compile(r"there is no |\S+ is not declared")
 
 
-def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) -> Project | None:
+def _resolve(
+    sources: list[s.Source],
+    errors: list[InputError],
+    *,
+    whole: bool,
+    visit: Visit | None = None,
+) -> Project | None:
     registry = Registry(sources, errors.append)
     ordered = registry.ordered()
     declarations = Declarations(registry, errors.append)
@@ -397,10 +418,14 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
             pou = declarations.pous[declared.node.name.key]
             scope = Scope(pou, declared, registry, declarations)
             check_body(scope, declared.node.body, errors.append)
+            if visit is not None:
+                visit(scope, declared.node.body)
             check_start(scope, declared.node.sections, errors.append)
     for method, syntax, where in declarations.inheritance.bodies():
         scope = Scope(method, where, registry, declarations)
         check_body(scope, syntax.body, errors.append)
+        if visit is not None:
+            visit(scope, syntax.body)
         check_start(scope, syntax.sections, errors.append)
     if errors or not whole:
         return None

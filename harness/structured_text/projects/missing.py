@@ -67,8 +67,8 @@ def by_library(
 
     A missing name belongs to a library if the library is known to have it, or if a project has the
     name with the library's namespace. Other missing types and functions of a project that refers to
-    unread libraries may belong to any of these; they are one error, too. `declared` are names of the
-    project in upper case: their declarations have errors of their own.
+    unread libraries may belong to any of these; they are one error, too. `declared` are names
+    of the project in upper case: their declarations have errors of their own.
     """
     found: list[InputError] = []
     groups: dict[str, list[tuple[str, InputError]]] = {}
