@@ -76,8 +76,7 @@ class Mentions:
         elif isinstance(node, s.Call):
             self._functions.add(node.function.key)
         elif isinstance(node, s.Field):
-            base = node.base.name if isinstance(node.base, s.Field) else node.base
-            self._members.setdefault(_last(base), set()).add(node.name.key)
+            self._members.setdefault(_last(node.base), set()).add(node.name.key)
         if isinstance(node, s.Pou):
             self._interfaces.update(one.key.rpartition(".")[2] for one in node.implements)
 
