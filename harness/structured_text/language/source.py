@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
-__all__ = ["Extract", "Line", "LineOf", "Unread", "origin", "source_text", "title_of"]
+__all__ = ["ELSEWHERE", "Extract", "Line", "Unread", "origin", "source_text", "title_of"]
 
 if TYPE_CHECKING:
     _AnyPath = Path
@@ -26,6 +26,10 @@ _MARKS = {
 }
 
 
+#: Added to the number of a line that is not in the file of its extract, but in its `home`.
+ELSEWHERE = 10_000_000
+
+
 @dataclass(frozen=True)
 class Line:
     """A line of Structured Text and its place in the file that it was taken from.
@@ -34,33 +38,11 @@ class Line:
         text: The line without its line end.
         at: Line in the file, from 1.
         shift: Number to add to a column of this text to get the column in the file.
-        file: The file, if it is not the file of its source.
     """
 
     text: str
     at: int
     shift: int = 0
-    file: Path | None = None
-
-
-class LineOf(int):
-    """A line number in another file than that of its source.
-
-    A body that replaces one in a project has lines of two files: the interface is the project's.
-    Positions in the syntax are plain numbers, so the number itself carries its file to the message.
-    """
-
-    file: Path
-
-    def __new__(cls, line: int, file: Path) -> LineOf:
-        """Return the number with its file."""
-        made = super().__new__(cls, line)
-        made.file = file
-        return made
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Return how to pickle it."""
-        return LineOf, (int(self), self.file)
 
 
 @dataclass(frozen=True)
@@ -94,11 +76,13 @@ class Extract(_AnyPath):
         lines: The text, or None for a plain path.
         title: Name for this source. It corresponds to the stem of a separate file.
         unread: The bodies that are missing in the text, because they are in another language.
+        home: File of the lines from `ELSEWHERE` on: the project, if the file is a replacing one.
     """
 
     lines: tuple[Line, ...] | None = None
     title: str = ""
     unread: tuple[Unread, ...] = ()
+    home: str = ""
     _whole_hash: int | None = None
 
     @classmethod
@@ -107,12 +91,19 @@ class Extract(_AnyPath):
         file: Path,
         lines: tuple[Line, ...],
         title: str = "",
+        home: str = "",
         unread: tuple[Unread, ...] = (),
     ) -> Extract:
         """Return the extract of a file."""
         made = cls(str(file))
-        made.lines, made.title, made.unread = lines, title, unread
+        made.lines, made.title, made.home, made.unread = lines, title, home, unread
         return made
+
+    def place(self, line: int) -> tuple[str, int]:
+        """Return the file and the line in it for the line of a message."""
+        if self.home and line > ELSEWHERE:
+            return self.home, line - ELSEWHERE
+        return str(self), line
 
     def __eq__(self, other: object) -> bool:
         """Return whether path and lines are equal."""
@@ -132,7 +123,7 @@ class Extract(_AnyPath):
         """Return how to pickle this path; without lines it becomes a plain path."""
         if self.lines is None:
             return Path, (str(self),)
-        return Extract.make, (str(self), self.lines, self.title, self.unread)
+        return Extract.make, (str(self), self.lines, self.title, self.home, self.unread)
 
 
 def source_text(file: Path) -> str:
@@ -162,5 +153,4 @@ def origin(file: Path, line: int, column: int) -> tuple[int, int]:
     if not lines:
         return line, column
     found = lines[min(line, len(lines)) - 1]
-    at = found.at if found.file is None else LineOf(found.at, found.file)
-    return at, max(1, column + found.shift)
+    return found.at, max(1, column + found.shift)

@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from structured_text.errors import InputError
-from structured_text.language.source import Extract, Line, Unread, source_text
+from structured_text.language.source import ELSEWHERE, Extract, Line, Unread, source_text
 from structured_text.language.unread import refusal
 from structured_text.projects import rockwell, siemens, twincat
 from structured_text.projects.formats import OBJECTS, PLCPROJ, SCL, TASKS
@@ -111,10 +111,9 @@ def project_sources(
         raise refusal(unsupported)
     declared = {unit for unit, _, _ in needed}
     paths = [
-        Extract.make(
-            unit.file,
-            unit.piece.lines(),
-            unit.name,
+        _extract(
+            unit,
+            places[unit.name.upper()],
             tuple(one for owner, one, _ in needed if owner is unit),
         )
         for unit in units
@@ -125,6 +124,12 @@ def project_sources(
     if NAME.upper() in (name.upper() for name in replaced):
         notes = [note for note in notes if NEVER not in note]
     return Sources((*paths, *extra), names, tuple(notes), project.libraries)
+
+
+def _extract(unit: Unit, project: Path, unread: tuple[Unread, ...]) -> Extract:
+    """Return the source of a unit; lines that are not the user's replacement are the project's."""
+    home = str(project) if unit.file != project else ""
+    return Extract.make(unit.file, unit.piece.lines(), unit.name, home, unread)
 
 
 # --- bodies in other languages ----------------------------------------------------------------
@@ -199,9 +204,7 @@ def _replaced(units: Sequence[Unit], replaced: Mapping[str, Path]) -> tuple[list
             del found[number]
             whole.append(file)
         else:
-            found[number] = replace(
-                unit, piece=_with_body(unit.piece, name, text, unit.file), file=file
-            )
+            found[number] = replace(unit, piece=_with_body(unit.piece, name, text), file=file)
     return found, whole
 
 
@@ -213,23 +216,23 @@ def _has(piece: Piece, name: str) -> bool:
     return any(one.upper() == name.upper() for one in _names(piece))
 
 
-def _with_body(piece: Piece, name: str, text: Sequence[str], project: Path) -> Piece:
-    """Return the piece with a body from another file; its other lines stay those of the project."""
+def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
+    """Return the piece with a body from another file; its other lines remain the project's."""
     own = piece.name.upper() == name.upper()
-    body = piece.body
-    if own:
-        body = tuple(Line(line, at) for at, line in enumerate(text, 1))
-    elif not isinstance(body, Foreign):
-        body = _of(body, project)
+    body = tuple(Line(line, at) for at, line in enumerate(text, 1)) if own else piece.body
+    if not isinstance(body, Foreign) and not own:
+        body = _elsewhere(body)
     return Piece(
         piece.name,
-        _of(piece.head, project),
+        _elsewhere(piece.head),
         body,
-        _of(piece.end, project),
-        tuple(_with_body(part, name, text, project) for part in piece.parts),
+        _elsewhere(piece.end),
+        tuple(_with_body(part, name, text) for part in piece.parts),
     )
 
 
-def _of(lines: Lines, file: Path) -> Lines:
-    """Return the lines with their file; lines that another replacement added have one already."""
-    return tuple(replace(line, file=line.file or file) for line in lines)
+def _elsewhere(lines: Lines) -> Lines:
+    """Return lines of the project as lines of a source that is named after the replacing file."""
+    return tuple(
+        line if line.at > ELSEWHERE else replace(line, at=line.at + ELSEWHERE) for line in lines
+    )

@@ -122,7 +122,7 @@ def test_a_name_with_an_unknown_namespace_is_not_the_block_itself(
     file.write_text(f"{text}\nEND_FUNCTION_BLOCK\n", encoding="utf-8")
     _, errors = analyse([file])
     assert [(one.message, one.hint) for one in errors] == [
-        ("there is no namespace Parts", "name its project too, or look at the spelling")
+        ("there is no namespace Parts", "name its project, too, or check the spelling")
     ]
 
 
