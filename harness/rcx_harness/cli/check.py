@@ -60,8 +60,8 @@ def check(
     Robot programs (.PGM) and files with all data of a controller (.ALL) are checked, too: all
     statements, blocks, labels, ports and tasks.
 
-    With --stubs: for each type, block and function that is missing, because its library is not
-    given, a file with its interface is written, as far as its use shows it.
+    With --stubs DIR the command writes the interface of each type, block and function of a library
+    that is not given, as far as your files show it, and checks your files with these interfaces.
 
     With --for NAME the command also lists what this PLC tool refuses in your files, and what it
     may refuse because no public document answers the question.
