@@ -55,6 +55,7 @@ _OPTIONS = (
         "lib",
         "replace",
         "dialect",
+        "device",
         "size",
         "m",
         "n",
@@ -246,7 +247,9 @@ def _of_cell(options: RunOptions) -> Launched:
     try:
         if options.no_robot:
             replaced = replacements(options.replace)
-            files = source_files(list(options.files), options.lib, replaced, options.dialect)
+            files = source_files(
+                list(options.files), options.lib, replaced, options.dialect, options.device
+            )
             cell = options.bench(files, **built)
         else:
             cell = Cell.build(list(options.files), **{**options.of_cell(), **built})

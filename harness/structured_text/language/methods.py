@@ -183,6 +183,8 @@ class Methods:
             if lacks or first.key in self._scope.declarations.broken:
                 raise ConsequenceError(f"{first.text} has an error")
             text = f"there is no variable or namespace {first.text}"
+            if first.key in self._scope.declarations.broken:
+                raise ConsequenceError(text)
             raise self._scope.error(text, first.at, "name its file, too, or check the spelling")
         final = isinstance(callee.base, s.This) and callee.base.above
         base = self._all.base(callee.base)
