@@ -60,6 +60,7 @@ class Statements(Transformer[Token, Any]):
         uses: Constructs beyond the portable subset.
         errors: Mistakes that the grammar does not find.
         file: The file that is parsed.
+        entries: The entries of VAR_CONFIG.
     """
 
     def __init__(self) -> None:
@@ -67,6 +68,7 @@ class Statements(Transformer[Token, Any]):
         self.uses: list[Use] = []
         self.errors: list[InputError] = []
         self.file = Path()
+        self.entries: list[s.ConfigEntry] = []
 
     def note(self, construct: str, at: s.Position) -> None:
         """Note a construct beyond the portable subset."""
@@ -92,6 +94,10 @@ class Statements(Transformer[Token, Any]):
     def call_statement(self, call: s.Call | s.Invoke, _end: Token) -> s.CallStatement:
         callee = call.function if isinstance(call, s.Call) else call.callee
         return s.CallStatement(callee, call.arguments, callee.at)
+
+    def name_statement(self, named: s.Variable, _end: Token) -> s.CallStatement:
+        self.note("a name as a statement", named.at)
+        return s.CallStatement(named, (), named.at, bare=True)
 
     def if_(self, word: Token, condition: s.Expression, *rest: Any) -> s.If:
         _then, body, *elsifs, else_, otherwise, _end = rest
@@ -192,6 +198,8 @@ class Statements(Transformer[Token, Any]):
         return s.Index(base, indices, base.at)
 
     def arguments(self, *rest: Any) -> tuple[s.Argument, ...]:
+        if isinstance(rest[-1], Token):
+            self.note("a comma behind the last argument", position_of(rest[-1]))
         return nodes_of(rest, s.Argument)
 
     def positional(self, value: s.Expression) -> s.Argument:

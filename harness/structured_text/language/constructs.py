@@ -31,6 +31,10 @@ _TRANSLATED = {
     "an empty branch": "leave the branch out, or turn the condition round",
     "no ; after END": "write END_IF; and END_STRUCT; with semicolon",
     "no END of a POU": "write END_PROGRAM, END_FUNCTION_BLOCK or END_FUNCTION",
+    "a ; behind the name of a POU": "remove the ;",
+    "a comma behind the last argument": "remove the comma",
+    "an empty initial value": "leave it out",
+    "conditional compilation": "leave one of its branches",
     "a name with __ or _ at its end": "choose another name",
     "a reserved word as a name": "choose another name",
     "a variable called as something else": "choose a name that nothing else has",
@@ -110,6 +114,10 @@ CONSTRUCTS = _TRANSLATED | {
     "an array of open length": "write the bounds",
     "the time as a function": "measure with a TON",
     "a calculated initial value": "assign it in the first scan",
+    "a name as a statement": "remove it, or call the block with ()",
+    "a CLASS": "use a FUNCTION_BLOCK",
+    "VAR_CONFIG": "write the address at the variable",
+    "a structure as its base": "assign the fields",
     "a METHOD": "use a block or function of its own",
     "a PROPERTY": "use VAR_INPUT and VAR_OUTPUT",
     "an INTERFACE": "call each block by its name",
@@ -159,7 +167,7 @@ class Use:
 
     @property
     def instead(self) -> str:
-        """Return what to write instead."""
+        """Return the portable alternative for the message."""
         return _DETAILS.get(str(self), CONSTRUCTS[self.construct])
 
 

@@ -1,4 +1,4 @@
-"""The lexer: splits text into tokens and records what is not portable or not valid.
+"""The lexer: splits text into tokens and records constructs that are not portable or not valid.
 
 Three decisions need more than the characters of a token. First, many words are keywords only in
 some places, so that programs may use them as names elsewhere; `words.Context` decides that.
@@ -19,6 +19,7 @@ from pathlib import Path
 from lark import Token
 
 from structured_text.errors import InputError
+from structured_text.language.conditional import PRAGMA, ConditionError, Conditions
 from structured_text.language.constructs import Use
 from structured_text.language.source import origin
 from structured_text.language.syntax import Name, Position
@@ -31,7 +32,9 @@ _GROUPS = (
     *("ACTION", "CASE", "CONFIGURATION", "FOR", "FUNCTION", "FUNCTION_BLOCK", "IF", "PROGRAM"),
     *("REPEAT", "RESOURCE", "STRUCT", "TYPE", "UNION", "VAR", "WHILE"),
 )
-_SECTIONS = ("EXTERNAL", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT", "STAT", "TEMP")
+_SECTIONS = (
+    *("CONFIG", "EXTERNAL", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT", "STAT", "TEMP"),
+)
 KEYWORDS = frozenset(
     (
         *_GROUPS,
@@ -88,8 +91,7 @@ _UNSUPPORTED = {
         ("STEP", "INITIAL_STEP", "END_STEP", "TRANSITION", "END_TRANSITION"),
         "Sequential Function Chart",
     ),
-    "CLASS": "classes; write a FUNCTION_BLOCK",
-    **dict.fromkeys(("VAR_ACCESS", "VAR_CONFIG"), "access paths"),
+    "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
 #: Text behind such a word if it is the keyword and not a variable of that name.
@@ -194,6 +196,10 @@ class _Lexer:
         self._configuration = False
         self._previous = ""
         self._context = Context()
+        self._condition = 0
+        self._conditions = Conditions(
+            lambda detail: self._note("conditional compilation", self._condition, detail)
+        )
 
     def _at(self, offset: int) -> Position:
         line = bisect_right(self._starts, offset)
@@ -227,8 +233,8 @@ class _Lexer:
                 kind = PUNCTUATION[value]
             elif kind == "IDENT":
                 if len(value) > _LONGEST_NAME:
-                    text = f"a name of {len(value):,} characters: {value[:_SHOWN]}..."
-                    self._refuse(text, offset, f"the limit is {_LONGEST_NAME:,}")
+                    text = f"this name has {len(value):,} characters: {value[:_SHOWN]}..."
+                    self._refuse(text, offset, f"use at most {_LONGEST_NAME:,}")
                     value = value[:_SHOWN]
                 word = value.upper()
                 if word in _SPELLINGS:
@@ -267,7 +273,7 @@ class _Lexer:
             elif kind in ("INTEGER", "REALNUM"):
                 if text[behind : behind + 1].isalnum():
                     hint = "write reals as 1.0E3, hexadecimal as 16#FF"
-                    self._refuse("a malformed number", offset, hint)
+                    self._refuse("this number is malformed", offset, hint)
                 elif kind == "REALNUM" and "." not in value:
                     self._note("a number such as 1E3", offset)
             if kind in ("INTEGER", "TYPED") and _DECIMAL.search(value):
@@ -279,6 +285,9 @@ class _Lexer:
             at = self._at(offset)
             yield Token(kind, value, offset, at.line, at.column)
             self._previous = kind
+        if self._conditions.unclosed is not None:
+            hint = "write {END_IF} behind its branches"
+            self._refuse("this {IF} has no {END_IF}", self._conditions.unclosed, hint)
 
     def _wide(self, kind: str, value: str, offset: int, behind: int) -> tuple[str, str, int]:
         """Return kind, text and end of a token that may be a name with letters beyond ASCII.
@@ -402,17 +411,27 @@ class _Lexer:
             self._refuse("C code in a pragma is not supported", offset, "write Structured Text")
             return end + 1
         self._note("a pragma", offset)
-        if re.match(r"(?:IF|ELSIF|ELSE|END_IF)\b", said, re.IGNORECASE):
-            hint = "leave one of its branches"
-            self._refuse("conditional compilation is not supported", offset, hint)
+        if conditional := PRAGMA.fullmatch(said):
+            return self._behind_condition(conditional[1], conditional[2], offset, end + 1)
         if self._notes is not None:
             self._notes.pragmas.append(Name(said, self._at(offset)))
         return end + 1
 
+    def _behind_condition(self, word: str, rest: str, offset: int, end: int) -> int:
+        """Return the offset behind a pragma of conditional compilation and what it leaves out."""
+        if word.upper() == "IF":
+            self._note("conditional compilation", offset)
+        self._condition = offset
+        try:
+            return self._conditions.behind(word, rest, offset, end, self._text)
+        except ConditionError as error:
+            self._refuse(str(error), offset, error.hint)
+            return end
+
     def _unknown(self, kind: str, value: str, offset: int) -> None:
         """Report characters that do not begin any token."""
         if kind == "pragma":
-            self._refuse("a } without {", offset, "remove it")
+            self._refuse("this } has no {", offset, "remove it")
         elif value in ("'", '"'):
             hint = f"end it with {value} on the same line"
             self._refuse("this string is never closed", offset, hint)

@@ -27,7 +27,13 @@ from structured_text.language.located import located
 from structured_text.language.parser import read_text
 from structured_text.language.phases import joined
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
-from structured_text.language.registry import ConsequenceError, Declared, Registry, last_name
+from structured_text.language.registry import (
+    ConsequenceError,
+    Declared,
+    Registry,
+    base_name,
+    last_name,
+)
 from structured_text.language.scalars import TIME
 from structured_text.language.source import is_narrow, source_text
 from structured_text.language.system import QUERY, system_declaration
@@ -290,7 +296,12 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
     project = _resolve(joined(sources), found, whole=not errors)
     found = _causes(found, sources)
     # Declarations in an unreadable file are unknown to the other files.
-    errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]
+    unread = {(one.file, one.line) for one in errors}
+    errors += [
+        one
+        for one in found
+        if not ((missing or (one.file, one.line) in unread) and _UNKNOWN.match(one.message))
+    ]
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
     errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
@@ -335,6 +346,19 @@ def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputErro
         for name, first, behind in _interfaces(node)
         if any(first <= line < behind for line in lines)
     }
+
+    extended = {
+        node.name.key: base_name(node)
+        for source in sources
+        for node in source.declarations
+        if isinstance(node, (s.Pou, s.TypeDecl)) and node.extends is not None
+    }
+    for key in extended:  # what extends a spoiled interface has that interface, too
+        chain = [key]
+        while chain[-1] in extended and extended[chain[-1]] not in chain:
+            chain.append(extended[chain[-1]])
+        if names & set(chain):
+            names.add(key)
 
     def follows(error: InputError) -> bool:
         said = _OF.match(error.message)
@@ -402,6 +426,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
     try:
         schedule = configure(registry, declarations)
         _check_extent(schedule, registry, declarations, ordered)
+        places = located(schedule.instances, declarations)
     except InputError as error:
         errors.append(error)
         return None
@@ -420,7 +445,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         },
         global_symbols=declarations.globals,
         lists=declarations.lists,
-        located=located(schedule.instances, declarations),
+        located=places,
         tasks=schedule.tasks,
         tick_us=schedule.tick_us,
         schedule=schedule.runs,

@@ -21,6 +21,7 @@ from structured_text.language.types import (
     ArrayType,
     BlockType,
     ElementaryType,
+    EnumType,
     InterfaceType,
     ReferenceType,
     StructType,
@@ -77,6 +78,8 @@ class References:
         if len(node.indices) != 1:
             raise self._scope.error("a pointer takes one index", node.at)
         index = self._all.infer(node.indices[0]) or ELEMENTARY["DINT"]
+        if isinstance(index, EnumType):
+            index = ELEMENTARY[index.base]
         if isinstance(index, ElementaryType) and index.name in ANY_BIT and index != BOOL:
             self._scope.note("arithmetic of bit strings", node.indices[0].at, "an index")
             index = self._all.operators.number(index)
@@ -115,7 +118,11 @@ class References:
         found = self._all.check(node, None)
         if isinstance(want, InterfaceType):
             if not self._scope.declarations.objects.is_a(found.type, want):
-                text = f"a {want.name} is expected here, and {describe(found.type)} is none"
+                block = isinstance(found.type, BlockType)
+                if block and self._scope.registry.incomplete(found.type.name.upper()):
+                    raise ConsequenceError(f"a base of {found.type.name} is missing")
+                have = describe(found.type)
+                text = f"a {want.name} is expected here, and {have} does not implement it"
                 raise self._scope.error(text, node.at, f"let it IMPLEMENT {want.name}")
             return found
         return self._fitted(found, want, node)
@@ -158,6 +165,11 @@ class References:
         same = _target(kind) == _target(want)
         if not same and isinstance(kind.target, BlockType):
             same = self._scope.declarations.objects.is_a(kind.target, want.target)
+        if want.kind == "REFERENCE" and self._scope.declarations.derives(
+            _target(kind), _target(want)
+        ):
+            self._scope.note("a structure as its base", node.at)
+            same = True
         if same:
             return found
         if isinstance(found, t.Address) and isinstance(kind.target, ArrayType):
@@ -171,7 +183,7 @@ class References:
         raise self._scope.error(
             f"a {describe(want)} cannot lead to a {describe(_target(kind))}",
             node.at,
-            "only a pointer to data looks at memory as another type",
+            "use a pointer to data",
         )
 
     def _recast(self, found: t.Expression, want: ReferenceType, at: s.Position) -> t.Recast:
@@ -190,7 +202,9 @@ class References:
         assert isinstance(kind, ElementaryType)
         if place_of(base) is None:
             hint = "assign it to a variable first, or use MID"
-            raise self._scope.error("a text without a variable has no characters", at, hint)
+            raise self._scope.error(
+                "only characters of a variable can be accessed by their number", at, hint
+            )
         self._scope.note("a character of a text by its number", at)
         element = ELEMENTARY["BYTE" if kind.name == "STRING" else "WORD"]
         row = ArrayType("", ((0, string_length(kind)),), element)
@@ -360,8 +374,11 @@ class References:
             return self.query(node)
         argument = self._argument(node)
         found = self._all.place(argument) if isinstance(argument, PLACES) else None
-        if found is None or not isinstance(found.type, ReferenceType):
-            raise self._scope.error("__ISVALIDREF needs a variable of REFERENCE TO", node.at)
+        passed = isinstance(found, t.Use) and found.symbol.section == "VAR_IN_OUT"
+        if found is None or not (passed or isinstance(found.type, ReferenceType)):
+            text = "__ISVALIDREF needs a variable of REFERENCE TO, or a VAR_IN_OUT"
+            hint = "compare a pointer or an interface with 0"
+            raise self._scope.error(text, node.at, hint)
         return t.Valid(found, BOOL)
 
     def _argument(self, node: s.Call) -> s.Expression:

@@ -13,7 +13,7 @@ from structured_text.language.methods import NOTHING
 from structured_text.language.objects import INIT
 from structured_text.language.types import BlockType, InterfaceType, ReferenceType, Type
 
-__all__ = ["Start", "start_call", "start_of", "starting"]
+__all__ = ["Start", "start_calls", "start_of", "starting"]
 
 _NO_EXPRESSION = (s.ArrayInit, s.StructInit, s.Sequence)
 
@@ -59,8 +59,10 @@ def _one(
         yield Start(name, variable.spec.arguments, variable.spec.at)
 
 
-def start_call(node: Start, expressions: Checking) -> t.Evaluate:
-    """Type the call of `INIT` with the arguments of a declaration.
+def start_calls(node: Start, expressions: Checking) -> list[t.Evaluate]:
+    """Type the calls of `INIT` with the arguments of a declaration, one for each block extended.
+
+    That of a base comes first. It has the first of the arguments, by position.
 
     Raise InputError if the block has no `INIT` with parameters, or the arguments do not fit.
     """
@@ -75,10 +77,10 @@ def start_of(
     at: s.Position,
     expressions: Checking,
     shown: str = "",
-) -> t.Evaluate:
-    """Type the call of the `INIT` of an instance with these arguments.
+) -> list[t.Evaluate]:
+    """Type the calls of the `INIT` of an instance with these arguments, the base's first.
 
-    `shown` is the name of the variable, for messages. Raise InputError as `start_call` does.
+    `shown` is the name of the variable, for messages. Raise InputError as `start_calls` does.
     """
     scope = expressions.scope
     method = None
@@ -101,5 +103,10 @@ def start_of(
     for argument in given.values():
         name = argument.name.text if argument.name is not None else ""
         raise scope.error(f"{method.name} has no input {name}", argument.at)
-    call = t.CallMethod(instance, method, True, tuple(arguments), (), (), NOTHING)
-    return t.Evaluate(call, at)
+    calls = []
+    for each in scope.declarations.objects.starters(kind.name.upper()):
+        count = len(each.section("VAR_INPUT"))
+        given_here = tuple(arguments[:count])
+        call = t.CallMethod(instance, each, True, given_here, (), (), NOTHING)
+        calls.append(t.Evaluate(call, at))
+    return calls

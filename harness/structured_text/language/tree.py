@@ -67,7 +67,8 @@ class Symbol:
     variable. `started`: its declaration passes arguments to the block. `shared`: methods of the
     block use this VAR_IN_OUT. `calculated`: its initial value is not constant; `parts` are the
     parts of the initial value that are not constant. `retain`: it keeps its value over a warm
-    start. `area` is I, Q or M if the tool chooses the address (`%I*`).
+    start. `area` is I, Q or M if the tool chooses the address (`%I*`). `access` is PRIVATE or
+    PROTECTED if only the block `owner` (upper case), or also those that extend it, may use it.
     """
 
     name: str
@@ -85,6 +86,8 @@ class Symbol:
     parts: tuple[Part, ...] = ()
     retain: bool = False
     area: str = ""
+    access: str = ""
+    owner: str = ""
 
 
 @dataclass(frozen=True)
@@ -257,7 +260,7 @@ class Null:
 
 @dataclass(frozen=True)
 class Valid:
-    """The test whether a reference refers to a variable."""
+    """The test whether a reference, or a VAR_IN_OUT of a block, refers to a variable."""
 
     reference: Expression
     type: Type

@@ -21,6 +21,7 @@ __all__ = [
     "has_address",
     "has_block",
     "inside",
+    "integer_name",
     "members",
     "type_name",
 ]
@@ -45,13 +46,15 @@ class ElementaryType:
 class EnumType:
     """An enumeration of integers of the type `base`.
 
-    `values` has one entry per member. If it is empty, the members count from 0.
+    `values` has one entry per member. If it is empty, the members count from 0. `attributes` are
+    those of its declaration that matter here: `strict` and `to_string`.
     """
 
     name: str
     members: tuple[str, ...]
     values: tuple[int, ...] = ()
     base: str = "INT"
+    attributes: frozenset[str] = field(default=frozenset(), compare=False)
 
     def value_of(self, member: str) -> int:
         """Return the value of a member, or raise ValueError; names are compared without case."""
@@ -176,6 +179,11 @@ class Located:
 def type_name(kind: Type | None) -> str:
     """Return the name of an elementary type; empty for every other type."""
     return kind.name if isinstance(kind, ElementaryType) else ""
+
+
+def integer_name(kind: Type | None) -> str:
+    """Return the name of an elementary type, or of the base type of an enumeration."""
+    return kind.base if isinstance(kind, EnumType) else type_name(kind)
 
 
 def members(kind: Type) -> tuple[tuple[str, Type], ...]:

@@ -23,14 +23,24 @@ _END = re.compile(r"(?!\s*[:,)])")
 #: Text that follows each word where it is a keyword.
 _FOLLOWS = {
     **dict.fromkeys(("POINTER", "REFERENCE"), _TO),
-    **dict.fromkeys(("METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "USING"), _NAME),
+    **dict.fromkeys(("METHOD", "PROPERTY", "INTERFACE", "CLASS", "NAMESPACE", "USING"), _NAME),
     **dict.fromkeys(("EXTENDS", "IMPLEMENTS"), _NAME),
     "REF_TO": _NAME,
     **dict.fromkeys(("THIS", "SUPER"), _MEMBER),
     **dict.fromkeys(("END_METHOD", "END_PROPERTY", "END_INTERFACE", "END_NAMESPACE"), _END),
+    "END_CLASS": _END,
 }
 OBJECT_WORDS = frozenset(_FOLLOWS)
-_HEADS = ("METHOD", "PROPERTY", "FUNCTION_BLOCK", "INTERFACE", "FUNCTION")
+_HEADS = ("METHOD", "PROPERTY", "FUNCTION_BLOCK", "INTERFACE", "FUNCTION", "CLASS")
+#: Words before the access word of a section of variables.
+_OF_SECTIONS = frozenset(
+    (
+        *("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_STAT", "VAR_TEMP", "VAR_GLOBAL"),
+        *("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"),
+    )
+)
+#: An access word before it is not a variable of that name: it is not declared or used here.
+_NOT_USED = re.compile(r"(?!\s*(?:[:.,\[;^=<>+*-]|\((?!\*)|/(?![/*])|AT\b))", re.IGNORECASE)
 #: A name behind an access word on the same line. Without it, `Final` in `METHOD Final` is a name.
 _NAME_FOLLOWS = re.compile(
     r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_\x80-\uffff]\w*", re.IGNORECASE
@@ -77,7 +87,10 @@ class Context:
         """
         before, self._before = self._before, word
         if word in ACCESS_WORDS:
-            if before in _HEADS and _NAME_FOLLOWS.match(text, behind):
+            is_access = _NAME_FOLLOWS if before in _HEADS else _NOT_USED
+            opened = previous in ("GET", "SET") and self._in_accessor
+            placed = before in _HEADS or before in _OF_SECTIONS or opened
+            if placed and previous != "DOT" and is_access.match(text, behind):
                 self._before = before
                 return "WORD"
             return ""

@@ -37,6 +37,7 @@ from structured_text.language.types import (
     ElementaryType,
     Type,
     has_block,
+    integer_name,
     type_name,
 )
 
@@ -135,7 +136,7 @@ class ExpressionCode:
 
         A text is cut, a number is converted.
         """
-        have, want = type_name(kind), type_name(to)
+        have, want = integer_name(kind), integer_name(to)
         if have != want:
             node = t.Standard(f"{have}_TO_{want}", (t.Constant(0, kind),), to)
             return settle(standard_call(node, [code]), to)

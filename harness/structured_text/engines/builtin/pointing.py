@@ -110,7 +110,7 @@ class Pointing:
         if isinstance(node, t.Null):
             return "no_block" if isinstance(node.type, InterfaceType) else "null"
         if isinstance(node, t.Valid):
-            return f"({self._code.exact(node.reference)} is not null)"
+            return self._valid(node.reference)
         if isinstance(node, t.Offset):
             sign = "-" if node.sign < 0 else ""
             moved = f"{sign}{self._code.exact(node.bytes)}, {node.size}"
@@ -147,6 +147,19 @@ class Pointing:
                 return f"({'not ' if node.op == '=' else ''}unlike({given}))"
             return f"(order({given}) {node.op} 0)"
         return f"({'' if node.op == '=' else 'not '}same({left}, {right}))"
+
+    def _valid(self, node: t.Expression) -> str:
+        """Return code of `__ISVALIDREF`.
+
+        Methods may use a VAR_IN_OUT of their block before the block is called with a variable for
+        it. In all other places the call has passed a variable.
+        """
+        if isinstance(node.type, ReferenceType):
+            return f"({self._code.exact(node)} is not null)"
+        assert isinstance(node, t.Use)
+        if self._code.is_local(node.symbol):
+            return "True"
+        return f"(s.{slot_name(node.symbol.name)} is not uncalled)"
 
     def _query(self, node: t.Query) -> str:
         """Return code that asks for another interface of a block, and stores the answer."""

@@ -226,11 +226,15 @@ class Latch:
 
 @dataclass(frozen=True)
 class CallStatement:
-    """A call as a statement: of a block instance, a function, a method or an action."""
+    """A call as a statement: of a block instance, a function, a method or an action.
+
+    `bare` is true for a name alone, without parentheses.
+    """
 
     callee: Variable
     arguments: tuple[Argument, ...]
     at: Position
+    bare: bool = False
 
 
 @dataclass(frozen=True)
