@@ -23,6 +23,7 @@ from structured_text.language.bodies import check_body, check_start
 from structured_text.language.compiling import deeply, uncollected
 from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
+from structured_text.language.generics import instantiated
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
 from structured_text.language.phases import joined
@@ -293,7 +294,9 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
-    project = _resolve(joined(sources), found, whole=not errors)
+    whole = instantiated(joined(sources))
+    errors += [error for one in whole for error in one.errors if error not in errors]
+    project = _resolve(whole, found, whole=not errors)
     found = _causes(found, sources)
     # Declarations in an unreadable file are unknown to the other files.
     unread = {(one.file, one.line) for one in errors}

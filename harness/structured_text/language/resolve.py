@@ -302,6 +302,9 @@ class Types:
                 text = f"a {describe(kind)} takes no arguments in ( )"
                 raise where.error(text, spec.at, "remove the ( )")
             return kind, initial
+        if spec.generics:
+            text = f"{spec.name.text} has no VAR_GENERIC"
+            raise where.error(text, spec.at, "leave out what is in < >")
         space, _, key = spec.name.key.rpartition(".")
         name = spec.name.text[-len(key) :]
         if space and space not in self.registry.namespaces:
