@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
@@ -242,8 +243,10 @@ class Declarations(Types):
                 Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
                 for name in node.names
             ]
-        places = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
-        in_block = pou == "FUNCTION_BLOCK" and section.kind in places
+        kind: Type
+        initial: Any
+        own = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
+        in_block = pou == "FUNCTION_BLOCK" and section.kind in own
         generic = None
         if section.kind == "VAR_INPUT" and pou in ("FUNCTION", "METHOD", "FUNCTION_BLOCK"):
             generic = self.any_type(node.spec, where)

@@ -24,6 +24,7 @@ from structured_text.language.compiling import deeply, uncollected
 from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.dialects import Dialect, dialect_of, rules_of
+from structured_text.language.generics import instantiated
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
 from structured_text.language.phases import joined
@@ -328,8 +329,10 @@ def _analysed(
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
+    whole = instantiated(joined(sources))
+    errors += [error for one in whole for error in one.errors if error not in errors]
     rules = rules_of(dialect_of(paths))
-    project = _resolve(joined(sources), found, whole=not errors, dialect=rules, visit=visit)
+    project = _resolve(whole, found, whole=not errors, dialect=rules, visit=visit)
     found = _causes(found, sources)
     # Declarations in an unreadable file are unknown to the other files.
     unread = {(one.file, one.line) for one in errors}

@@ -304,6 +304,9 @@ class Types:
                 text = f"a {describe(kind)} takes no arguments in ( )"
                 raise where.error(text, spec.at, "remove the ( )")
             return kind, initial
+        if spec.generics:
+            text = f"{spec.name.text} has no VAR_GENERIC"
+            raise where.error(text, spec.at, "leave out what is in < >")
         self.registry.check_reachable(spec.name, where)
         key = last_name(spec.name)
         name = spec.name.text[-len(key) :]

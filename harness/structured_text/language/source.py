@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -182,6 +183,9 @@ def is_narrow(file: Path) -> int | None:
 
 
 def _first_narrow(content: bytes) -> int | None:
+    """Return the position of the first byte that is not UTF-8; None with a mark of UTF-8."""
+    if content.startswith(BOM_UTF8):
+        return None
     try:
         content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -127,14 +127,14 @@ class Pointing:
             created = self.storage.create(node.made, node.initial)
             if node.count is not None:
                 count = self._code.exact(node.count)
-                return f"new_row(g, {self._number(node.made)}, {count}, lambda: {created})"
+                return f"heap_row(g, {self._number(node.made)}, {count}, lambda: {created})"
             in_list = is_scalar(node.made) or isinstance(node.made, ArrayType)
             held = f"[{created}]" if in_list else created
-            return f"new(g, {held}, {self._number(node.made)})"
+            return f"heap_new(g, {held}, {self._number(node.made)})"
         if isinstance(node, t.Delete):
             before: list[str] = []
             place = self._place(node.pointer, before)
-            gone = f"delete(g, {_read(place)})"
+            gone = f"heap_delete(g, {_read(place)})"
             parts = [*before, gone, self._write(place, node.pointer, "null")]
             return f"({', '.join(parts)})[-1]"
         assert isinstance(node, t.Same)

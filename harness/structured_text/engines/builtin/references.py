@@ -298,9 +298,9 @@ NAMES: dict[str, Any] = {
     "no_block": _NO_BLOCK,
     "same": _same,
     "asked": _asked,
-    "new": _new,
-    "new_row": _new_row,
-    "delete": _delete,
+    "heap_new": _new,
+    "heap_row": _new_row,
+    "heap_delete": _delete,
 }
 
 
