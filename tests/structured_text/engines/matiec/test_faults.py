@@ -23,6 +23,7 @@ from structured_text.engines.matiec.faults import faults, is_new, places, warnin
 from structured_text.engines.matiec.program import MatiecProgram
 from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
+from structured_text.language.library import names_of
 from structured_text.language.load import load
 
 
@@ -271,12 +272,16 @@ def test_matiec_refuses_what_it_cannot_compile_with_the_line(tmp_path: Path) -> 
     assert build([file]).notice.endswith(": running on the built-in engine")
 
 
-@pytest.mark.usefixtures("with_matiec")
-def test_faults_in_tested_files_do_not_count(tmp_path: Path) -> None:
+def test_a_library_that_is_tested_with_matiec_is_left_out(tmp_path: Path) -> None:
     """Source: docs/reference/engines.md: the library was tested with matiec."""
-    file = _file(AFFECTED["time_sum"][0], tmp_path)
-    assert build([file], tested=[file]).notice == ""
-    assert build([file]).notice != ""
+    folder = tmp_path / "lib"
+    folder.mkdir()
+    file = _file(AFFECTED["time_sum"][0], folder)
+    names_of.cache_clear()
+    assert places(load([file])) != []
+    (tmp_path / "library.toml").write_text('tested = "matiec"\n', encoding="utf-8")
+    names_of.cache_clear()
+    assert places(load([file])) == []
 
 
 @pytest.mark.usefixtures("with_matiec")
