@@ -35,26 +35,26 @@ def check(
     lib: Lib = None,
     replace: Replace = None,
     lint_only: Annotated[
-        bool, typer.Option("--lint", help="Only the portability rules; they bind every file.")
+        bool, typer.Option("--lint", help="Check the portability rules only, for every file.")
     ] = False,
     tool: Annotated[
         str | None,
         typer.Option("--for", help=f"Only what this tool refuses: {', '.join(tools())}."),
     ] = None,
 ) -> None:
-    """Check ST sources: syntax, types, portability, calls; with matiec too, where it is found.
+    """Check ST sources: syntax, types, portability, calls; also with matiec if it is installed.
 
-    Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea. The commonest
-    first mistakes, as a pin Connected that is not wired, are warnings.
+    Each block of a robot must be called once per scan, between FB_ReadArea and FB_WriteArea. Common
+    first mistakes, such as a pin Connected that is not wired, are warnings.
 
     Robot programs (.PGM) and files with all data of a controller (.ALL) are checked, too: all
     statements, blocks, labels, ports and tasks.
 
-    With --for: what that tool refuses of your files, or may refuse, where no public document says.
+    With --for NAME the command also lists what this PLC tool refuses in your files, and what it
+    may refuse because no public document answers the question.
 
-    Exit code: 0 if all is well (warnings, and what may be refused, allowed), 1 if a rule of the
-    library or of its calls is broken, or the tool of --for is known to refuse something, 2 on an
-    error in the sources.
+    Exit code: 0 if there are at most warnings, 1 if a rule of the library or of its calls is broken
+    or the tool of --for is known to refuse something, 2 on an error in the sources.
     """
     if tool is not None and tool not in tools():
         raise InputError(f"--for {tool}: no such tool", hint=f"use {', '.join(tools())}")
@@ -110,7 +110,7 @@ def check(
 def _refused(
     tool: Tool, sources: SourceFiles, project: Project, program: list[Path] | None
 ) -> None:
-    """Print what a tool refuses, or may refuse; exit code 1 if anything is certain."""
+    """Print the constructs that a tool (perhaps) refuses; end with 1 if a refusal is certain."""
     found = refused(tool, sources, project, program)
     for one in found:
         print(legible(str(one)))

@@ -36,7 +36,17 @@ _CLOSERS = frozenset(_OPENERS.values())
 _GROUP_ENDS = _CLOSERS | frozenset(
     (
         *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),
-        *("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "GET", "END_GET", "SET", "END_SET"),
+        *(
+            "END_CLASS",
+            "METHOD",
+            "END_METHOD",
+            "PROPERTY",
+            "END_PROPERTY",
+            "GET",
+            "END_GET",
+            "SET",
+            "END_SET",
+        ),
     )
 )
 #: Reserved words that begin no group. At an unexpected place they were meant as names.
@@ -49,6 +59,7 @@ _NOTHING_BEFORE = frozenset(("END_VAR", "THEN", "ELSE", "DO", "OF", "REPEAT", "C
 #: Words that begin a declaration of a file, and words that end it.
 _DECLARATIONS = (
     "INTERFACE",
+    "CLASS",
     "NAMESPACE",
     "TYPE",
     "FUNCTION",
@@ -231,6 +242,8 @@ class _Run:
         """Return whether only a semicolon is missing before this token."""
         if "SEMICOLON" not in self._parser.accepts():  # type: ignore[no-untyped-call]
             return False
+        if token.type == "COLON" or before.upper() in (*_INSTRUCTION_LIST, "JMP", "GOTO"):
+            return False  # a label, a jump or an instruction, which is not a name as a statement
         return not self._ended(token, before)
 
     def _acceptable(self) -> set[str]:
@@ -296,7 +309,7 @@ class _Run:
     def _too_many(self, at: int) -> InputError:
         token = self._found[at] if at < len(self._found) else self._end
         text = f"{MOST_MISTAKES} mistakes in this file up to here; the rest was not read"
-        return self._error(text, token, "is this Structured Text?")
+        return self._error(text, token, "check that this is Structured Text")
 
     def _mistake(self, error: UnexpectedToken, at: int) -> InputError:
         token = self._found[at] if at < len(self._found) else self._end

@@ -134,7 +134,7 @@ def test_such_words_may_be_names(body: str, mistakes_of: Errors) -> None:
     ("name", "hint"),
     [("FB_Pumps", "did you mean FB_Pump"), ("POSITIONT", "did you mean POSITION_T"),
      ("DIN", "did you mean DINT"), ("R_TRG", "did you mean R_TRIG"),
-     ("MC_MoveAbsolute", "name its file too, or look at the spelling")],
+     ("MC_MoveAbsolute", "name its file, too, or check the spelling")],
 )  # fmt: skip
 def test_a_similar_name_is_proposed_for_an_unknown_type(
     name: str, hint: str, mistakes_of: Errors
