@@ -18,7 +18,13 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.parser import parse
 from structured_text.language.scalars import INT_RANGE
-from structured_text.language.types import ArrayType, StructType, type_name
+from structured_text.language.types import (
+    NO_STORAGE,
+    ArrayType,
+    StructType,
+    inside,
+    type_name,
+)
 from structured_text.language.walk import nodes, statements
 
 __all__ = ["DETECTORS"]
@@ -177,6 +183,35 @@ def _text_escape(sources: Sources) -> Iterator[Hit]:
                 yield Hit(file, _inside(at, text, found.start()), found[0] + found[2])
 
 
+def _nested_array(sources: Sources) -> Iterator[Hit]:
+    """Yield each variable that is, or contains, an array of arrays."""
+    for pou in sources.pous:
+        for symbol in pou.symbols.values():
+            nested = any(
+                isinstance(kind, ArrayType) and isinstance(kind.element, ArrayType)
+                for kind in inside(symbol.type)
+            )
+            if nested and symbol.section not in NO_STORAGE:
+                yield Hit(pou.file, symbol.at, symbol.name)
+
+
+#: Most blocks in one declaration that iec2c reads.
+_MOST_BLOCKS = 2
+
+
+def _three_blocks(sources: Sources) -> Iterator[Hit]:
+    for file in sources.files:
+        for pou in parse(file).declarations:
+            for section in pou.sections if isinstance(pou, s.Pou) else ():
+                for one in section.variables:
+                    names = [name.text for name in one.names]
+                    is_block = (
+                        isinstance(one.spec, s.NamedSpec) and one.spec.name.key in sources.blocks
+                    )
+                    if is_block and len(names) > _MOST_BLOCKS:
+                        yield Hit(str(file), one.at, ", ".join(names))
+
+
 def _type_alias(sources: Sources) -> Iterator[Hit]:
     """Yield each type that is another name of a structure."""
     for file in sources.files:
@@ -233,6 +268,8 @@ DETECTORS: dict[str, _Detector] = {
     "limit": _limit,
     "function_array": _function_array,
     "temp_array": _temp_array,
+    "nested_array": _nested_array,
+    "three_blocks": _three_blocks,
     "type_alias": _type_alias,
     "text_line_feed": _text_line_feed,
 }

@@ -248,9 +248,9 @@ def _flows(pou: t.Pou) -> Iterator[tuple[_Key, t.Pou, t.Expression | _Key]]:
                     yield (block, name.upper()), pou, variable
         elif isinstance(node, t.CallFunction):
             name = node.function.upper()
-            for number, value in enumerate(node.arguments):
-                if value is not None and _is_time(value.type):
-                    yield (name, f"{number}"), pou, value
+            for number, given in enumerate(node.arguments):
+                if given is not None and _is_time(given.type):
+                    yield (name, f"{number}"), pou, given
     if pou.kind == "FUNCTION":
         name = pou.name.upper()
         for number, symbol in enumerate(pou.section("VAR_INPUT")):

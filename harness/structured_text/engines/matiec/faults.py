@@ -125,7 +125,7 @@ def places(project: Project, new: bool | None = None) -> list[Place]:
     ]
     files = {str(file): file for file in project.files if names_of(file).tested != "matiec"}
     pous = [pou for pou in project.pous.values() if pou.file in files]
-    sources = Sources(tuple(files.values()), pous, project.types)
+    sources = Sources(tuple(files.values()), pous, project.types, project.blocks)
     found = {
         Place(fault, files[hit.file], hit.at, hit.detail)
         for fault in wanted

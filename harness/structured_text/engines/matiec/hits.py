@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,11 +19,12 @@ __all__ = ["Hit", "Sources", "expressions", "own_expressions"]
 
 @dataclass(frozen=True)
 class Sources:
-    """The part of a project that is searched for faults: files, their POUs, and all types."""
+    """The part of a project that is searched for faults: files, their POUs, types and blocks."""
 
     files: Sequence[Path]
     pous: Sequence[t.Pou]
     types: Mapping[str, Type]
+    blocks: Collection[str]
 
 
 class Hit(NamedTuple):
