@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
+from structured_text.engines.matiec.faults import places
 from structured_text.errors import InputError
+from structured_text.language.checked import analysed
 from structured_text.language.portability import lint
 
 Captured = pytest.CaptureFixture[str]
@@ -228,3 +231,14 @@ def test_a_block_of_the_library_is_proposed_for_an_unknown_one(
     file = write(tmp_path, "Main", f"PROGRAM Main\nVAR {wrong} END_VAR\nEND_PROGRAM\n")
     assert main(["check", str(file)]) == 2
     assert "did you mean FB_MovePtp" in capsys.readouterr().err
+
+
+@pytest.mark.exhaustive
+def test_no_fault_of_matiec_concerns_the_examples(repository: Path) -> None:
+    """Source: the examples' traces, which are the same on matiec."""
+    folders = [file.parent for file in (repository / "plc" / "examples").rglob("*.st")]
+    assert len(folders) > 15
+    for folder in dict.fromkeys(folders):
+        project, _ = analysed(source_files([folder]).all)
+        assert project is not None
+        assert [str(place) for place in places(project)] == []

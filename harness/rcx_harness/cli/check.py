@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace as replace_source
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -118,7 +118,7 @@ def check(
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
         findings += [LintFinding(*one, strict=False) for one in first_mistakes(users, library)]
         findings += unportable(project.uses if project else (), library)
-        faulty = _faults(project, library)
+        faulty = _faults(project)
         findings += [LintFinding(one.file, one.at, one.text, strict=False) for one in faulty]
         findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:
@@ -180,13 +180,13 @@ def _refused(
         raise typer.Exit(1)
 
 
-def _faults(project: Project | None, library: Collection[Path]) -> list[Place]:
+def _faults(project: Project | None) -> list[Place]:
     """Return the known faults of matiec that concern the program, if matiec takes it at all."""
     if project is None or project.uses:
         return []
     from structured_text.engines.matiec.faults import places, warnings
 
-    return warnings(places(project, library))
+    return warnings(places(project))
 
 
 def _compile(sources: SourceFiles, project: Project | None, faulty: Sequence[Place]) -> str:
