@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
-__all__ = ["Extract", "Line", "in_dialect", "origin", "source_text", "title_of"]
+__all__ = ["Extract", "Line", "in_dialect", "is_narrow", "origin", "source_text", "title_of"]
 
 if TYPE_CHECKING:
     _AnyPath = Path
@@ -110,10 +110,35 @@ def source_text(file: Path) -> str:
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
             raise InputError(f"the file is {encoding}", file=file, hint=hint)
-    text = text_of(content, file)
+    text = _narrow(content) if _first_narrow(content) is not None else text_of(content, file)
     if "\0" in text:
         raise InputError("the file is not a text file, or is in UTF-16", file=file, hint=hint)
     return text
+
+
+def is_narrow(file: Path) -> int | None:
+    """Return the first line with a byte that is not UTF-8; None for a file in UTF-8.
+
+    Such a file is read as Windows-1252, which older tools write.
+    """
+    if getattr(file, "lines", None) is not None:
+        return None
+    content = file_bytes(file, SOURCE)
+    first = _first_narrow(content)
+    return None if first is None else content.count(b"\n", 0, first) + 1
+
+
+def _first_narrow(content: bytes) -> int | None:
+    try:
+        content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        return error.start
+    return None
+
+
+def _narrow(content: bytes) -> str:
+    text = content.decode("cp1252", errors="replace")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def title_of(file: Path) -> str:

@@ -15,7 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from structured_text.errors import COMMAND, InputError
+from structured_text.errors import InputError
 from structured_text.language.dialects import chosen, dialect_of, rules_of
 from structured_text.language.source import in_dialect
 from structured_text.output.exported import RECORD, own_output, resolved
@@ -36,7 +36,7 @@ __all__ = [
     "st_files",
 ]
 
-#: A file or folder, or several of them.
+#: One or several files or folders.
 Files = str | Path | Sequence[str | Path]
 #: Replacements of files, with resolved paths as keys: copies with an inserted error (`mutants`).
 INSTEAD: dict[Path, Path] = {}
@@ -46,6 +46,8 @@ _FOREIGN = ("__pycache__", "site-packages")
 
 #: Listed folders: identity and times of each folder, and the files and folders in it.
 _NAMES: dict[str, tuple[tuple[int, ...], tuple[list[str], list[str]]]] = {}
+#: Endings of sources; all but the first are those of Automation Studio.
+_ENDINGS = (".st", ".var", ".typ", ".fun")
 #: Resolution of the coarsest file system clock, that of FAT [ns].
 _SETTLED_NS = 2_000_000_000
 
@@ -286,7 +288,7 @@ def _names(folder: str) -> tuple[list[str], list[str]]:
                 continue
             if entry.is_dir(follow_symlinks=False):
                 folders.append(entry.path)
-            elif name == RECORD or os.path.normcase(name).endswith(".st"):
+            elif name == RECORD or os.path.normcase(name).endswith(_ENDINGS):
                 files.append(entry.path)
     if max(times) < time.time_ns() - _SETTLED_NS:
         _NAMES[folder] = same, found
@@ -310,13 +312,11 @@ def _expand(path: Path) -> list[Path]:
     if path.is_dir():
         found = st_files(path) or _project_in(path)
         if not found:
-            written = any(path.rglob("*.st"))
-            hint = (
-                f"one that `{COMMAND} export` has written is taken if you name the file"
-                if written
-                else ""
-            )
-            raise InputError("no .st files in this folder", file=path, hint=hint)
+            if any(path.rglob("*.st")):
+                raise InputError(
+                    "contains exported .st files only", file=path, hint="name a file to use it"
+                )
+            raise InputError("contains no .st file", file=path)
         return found
     if not os.path.lexists(path):
         raise InputError("no such file", file=path)
