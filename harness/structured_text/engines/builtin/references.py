@@ -300,7 +300,7 @@ NAMES: dict[str, Any] = {
     "asked": _asked,
     "new": _new,
     "new_row": _new_row,
-    "delete": _delete,
+    "release": _release,
 }
 
 
