@@ -58,7 +58,7 @@ def build(
     Args:
         paths: The ST files, in any order.
         engine: `matiec`, `builtin`, `strucpp` or `auto`. `auto` takes matiec if it and a C
-            compiler are found, the program is portable and no known fault of matiec concerns it.
+            compiler are found, the program is portable, and no known fault of matiec concerns it.
             Else, or if coverage is counted, it takes the built-in engine, as for a program of a
             tool that computes otherwise (`language.dialects`). STruC++ runs only if it is named.
         tested: Files that were tested with matiec, as those of a library; its known faults are not
@@ -95,11 +95,12 @@ def _compiled(project: Project, engine: str, tested: Collection[Path]) -> tuple[
     if collector is not None and compiled:
         collector.elsewhere.add(engine)
     if matiec is not None and compiler is not None:
-        return _on_matiec(project, engine, tested, matiec, compiler)
+        program, notice = _on_matiec(project, engine, tested, matiec, compiler)
+        return program, "\n".join(filter(None, (notice, _elsewhere(rules, engine))))
     if strucpp is not None and compiler is not None:
         from structured_text.engines.strucpp.program import StrucppProgram
 
-        return StrucppProgram.build(project, strucpp, compiler), _elsewhere(project, engine)
+        return StrucppProgram.build(project, strucpp, compiler), _elsewhere(rules, engine)
     if reason := why_not(engine):
         raise InputError(f"{reason}, or use the built-in engine")
     notice = ""
@@ -109,22 +110,6 @@ def _compiled(project: Project, engine: str, tested: Collection[Path]) -> tuple[
             missing = "matiec found, but no C compiler (CC, cc, gcc, clang)"
         notice = f"{missing}: running on the built-in engine"
     return BuiltinProgram.build(project), notice
-
-
-def _elsewhere(project: Project, engine: str) -> str:
-    """Return a notice if an engine without dialects runs a program of another tool."""
-    rules = rules_of(project.dialect)
-    return "" if rules.is_standard else f"{engine} does not compute in the dialect {rules.name}"
-
-
-def _only_here(project: Project, rules: Dialect) -> str:
-    """Return the reason why matiec would compute something else than the program's tool."""
-    if not rules.is_standard:
-        return f"matiec does not compute in the dialect {rules.name}"
-    if project.free:
-        first = project.free[0]
-        return f"matiec runs {first}, which has no task, only at the pace of the tasks"
-    return ""
 
 
 def _on_matiec(
@@ -147,8 +132,22 @@ def _on_matiec(
             return BuiltinProgram.build(project), f"{notice}: running on the built-in engine"
     faults.refuse_faults(found)
     program = MatiecProgram.build(project, matiec, compiler)
-    notices = [f"warning: {one}" for one in faults.warnings(found)]
-    return program, "\n".join([*filter(None, [_elsewhere(project, engine)]), *notices])
+    return program, "\n".join(f"warning: {one}" for one in faults.warnings(found))
+
+
+def _elsewhere(rules: Dialect, engine: str) -> str:
+    """Return a notice if an engine without dialects runs a program of another tool."""
+    return "" if rules.is_standard else f"{engine} does not compute in the dialect {rules.name}"
+
+
+def _only_here(project: Project, rules: Dialect) -> str:
+    """Return the reason why matiec would compute something else than the program's tool."""
+    if not rules.is_standard:
+        return f"matiec does not compute in the dialect {rules.name}"
+    if project.free:
+        first = project.free[0]
+        return f"matiec runs {first}, which has no task, only at the pace of the tasks"
+    return ""
 
 
 def why_not(engine: str) -> str:

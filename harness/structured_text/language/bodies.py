@@ -8,7 +8,7 @@ from dataclasses import replace
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
-from structured_text.language.calls import block_arguments, enabling, pin_of
+from structured_text.language.calls import ENABLING, block_arguments, enabling, pin_of
 from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
 from structured_text.language.functions import same_text
@@ -195,6 +195,8 @@ class _Statements:
         """
         call = node.value if isinstance(node, s.Assign) else node
         if not isinstance(call, (s.Call, s.Invoke, s.CallStatement)):
+            return None
+        if all(one.name is None or one.name.key not in ENABLING for one in call.arguments):
             return None
         found = enabling(call, self._pins(call), self._scope)
         if not found:

@@ -12,6 +12,7 @@ from structured_text.language.standard import Signature, pin_name
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Variable
 
 __all__ = [
+    "ENABLING",
     "are_named",
     "block_arguments",
     "enabling",
@@ -187,7 +188,7 @@ def are_named(node: s.Call | s.Invoke | s.CallStatement, scope: Scope) -> bool:
 
 
 #: The pins that every function and block has besides its own: they enable a call.
-_ENABLING = ("EN", "ENO")
+ENABLING = ("EN", "ENO")
 
 
 def enabling(
@@ -203,7 +204,7 @@ def enabling(
     """
     found: dict[str, s.Argument] = {}
     for argument in node.arguments:
-        if argument.name is None or argument.name.key not in _ENABLING or argument.name.key in own:
+        if argument.name is None or argument.name.key not in ENABLING or argument.name.key in own:
             continue
         key = argument.name.key
         if argument.output != (key == "ENO"):

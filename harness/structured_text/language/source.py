@@ -10,7 +10,15 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
-__all__ = ["Extract", "Line", "in_dialect", "is_narrow", "origin", "source_text", "title_of"]
+__all__ = [
+    "Extract",
+    "Line",
+    "in_dialect",
+    "is_narrow",
+    "origin",
+    "source_text",
+    "title_of",
+]
 
 if TYPE_CHECKING:
     _AnyPath = Path

@@ -415,6 +415,18 @@ def test_wide_characters_are_refused_by_name(tmp_path: Path, name: str) -> None:
         _agrees(tmp_path, _block(variables, "Q := A = B;"))
 
 
+def test_statements_of_single_tools(tmp_path: Path) -> None:
+    """EN and ENO, RETURN(condition), and counting down without a sign."""
+    variables = """VAR_INPUT A : INT; U : USINT; E : BOOL; END_VAR
+    VAR_OUTPUT N, M, Größe : INT; Ok : BOOL; F : BIT; END_VAR VAR I, J : USINT; END_VAR"""
+    body = """N := 10#0; M := 0; F := E;
+    FOR I := 5 TO 1 BY -2 DO N := N * 10 + 1; END_FOR;
+    FOR J := U AND 3 TO 0 BY -1 DO M := M + 1; END_FOR;
+    Größe := 7; Größe := ADD(EN := A > 0, IN1 := A, IN2 := 2, ENO => Ok);
+    RETURN(E); N := 0;"""
+    _agrees(tmp_path, _block(variables, body))
+
+
 @pytest.mark.parametrize("dialect", ["codesys", "tia"])
 def test_a_dialect_is_translated_as_on_the_engine(tmp_path: Path, dialect: str) -> None:
     """TIME as a number, counters, both operands of AND, short integers, a REAL divided by 0."""
@@ -433,15 +445,3 @@ def test_a_dialect_is_translated_as_on_the_engine(tmp_path: Path, dialect: str) 
     """
     with using(dialect):
         _agrees(tmp_path, _block(variables, body), 150)
-
-
-def test_statements_of_single_tools(tmp_path: Path) -> None:
-    """EN and ENO, RETURN(condition), and counting down without a sign."""
-    variables = """VAR_INPUT A : INT; U : USINT; E : BOOL; END_VAR
-    VAR_OUTPUT N, M, Größe : INT; Ok : BOOL; F : BIT; END_VAR VAR I, J : USINT; END_VAR"""
-    body = """N := 10#0; M := 0; F := E;
-    FOR I := 5 TO 1 BY -2 DO N := N * 10 + 1; END_FOR;
-    FOR J := U AND 3 TO 0 BY -1 DO M := M + 1; END_FOR;
-    Größe := 7; Größe := ADD(EN := A > 0, IN1 := A, IN2 := 2, ENO => Ok);
-    RETURN(E); N := 0;"""
-    _agrees(tmp_path, _block(variables, body))
