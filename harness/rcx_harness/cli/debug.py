@@ -47,20 +47,8 @@ _EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
 
 #: The options of `rcx run` that a launch may give; all others write files, or leave virtual time.
 _OPTIONS = (
-    *(
-        "duration",
-        "scan",
-        "stimulus",
-        "robot",
-        "lib",
-        "replace",
-        "dialect",
-        "size",
-        "m",
-        "n",
-        "seed",
-    ),
-    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot"),
+    *("duration", "scan", "stimulus", "robot", "lib", "replace", "size", "m", "n", "seed"),
+    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot", "dialect"),
 )
 #: The variable that may hold the token of the port, and how long such a token is at least.
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
