@@ -54,14 +54,13 @@ _OPTIONS = (
         "robot",
         "lib",
         "replace",
-        "dialect",
         "device",
         "size",
         "m",
         "n",
         "seed",
     ),
-    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot"),
+    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot", "dialect"),
 )
 #: The variable that may hold the token of the port, and how long such a token is at least.
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
