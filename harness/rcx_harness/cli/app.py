@@ -54,6 +54,9 @@ PANELS = {
         ),
     },
     "Verify": {
+        "test": (
+            "Run the unit tests of a program: TcUnit suites, in virtual time, without TwinCAT."
+        ),
         "campaign": (
             "Let everything go wrong in a cell, at random: which rules and properties break?"
         ),

@@ -1,0 +1,101 @@
+"""A unit-test framework: its Structured Text, which is added to the program under test.
+
+The package that ships a framework describes it with `Framework`; this toolkit knows none.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.language.source import Extract, Line, source_text, title_of
+from structured_text.output.paths import real
+from structured_text.projects.needed import declared_names, needed
+from structured_text.projects.sources import SourceFiles, not_declared, st_files
+
+__all__ = ["Framework"]
+
+#: Comments and texts, in which a name is not a qualifier.
+_APART = r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'|\"(?:\$.|[^$\"\n])*\""
+
+
+@dataclass(frozen=True)
+class Framework:
+    """The Structured Text of a unit-test framework, and its names that the runner uses.
+
+    Attributes:
+        folder: Folder of its ST files; the program gets those that it needs.
+        namespace: Name of its library, which programs may write in front of its names.
+        suite: The function block that suites extend.
+        run: The functions that a program calls to run its suites.
+        note: The function that reports an event: its kind, the name of the test, the expected and
+            the actual value, and the message.
+        selected: The function that returns whether a test of the current suite is to run.
+        suites: The global array of pointers to the suites.
+        count: The global variable with their number.
+        current: The global variable with the number of the suite that is called; 0: none.
+        started: The global variable that is TRUE after the first call of one of `run`.
+        done: The global variable that is TRUE when all suites have finished.
+        aborted: The global variable that is TRUE when a wrong call has ended the run.
+    """
+
+    folder: Path
+    namespace: str
+    suite: str
+    run: tuple[str, ...]
+    note: str
+    selected: str
+    suites: str
+    count: str
+    current: str
+    started: str
+    done: str
+    aborted: str
+
+    @cached_property
+    def files(self) -> frozenset[str]:
+        """Return the paths of its files; statements in them belong to no test."""
+        return frozenset(str(real(file)) for file in st_files(self.folder))
+
+    def added_to(self, files: SourceFiles) -> SourceFiles:
+        """Return the sources of a program together with those files of the framework it needs.
+
+        Names that the program declares itself are not taken from the framework.
+        """
+        own = tuple(self._without_namespace(file) for file in files.own)
+        declared = files.declared.union(*(declared_names(file) for file in own))
+        if self.suite.upper() in declared:
+            raise InputError(
+                f"the program declares {self.suite} itself",
+                hint=f"leave the library {self.namespace} out: it is built in",
+            )
+        parts = needed([*own, *files.lib], not_declared(st_files(self.folder), declared))
+        return replace(files, own=own, lib=(*files.lib, *parts))
+
+    def _without_namespace(self, file: Path) -> Path:
+        """Return a source with blanks in place of the namespace; all columns stay the same."""
+        try:
+            text = source_text(file)
+        except InputError:
+            return file  # the parser reports it, with its place
+        qualifier = rf"{_APART}|(?<![\w.#])({self.namespace}\s*\.)(?=\s*[^\W\d])"
+        plain = re.sub(
+            qualifier,
+            lambda found: re.sub(r"[^\n]", " ", found[0]) if found[1] else found[0],
+            text,
+            flags=re.DOTALL | re.IGNORECASE,
+        )
+        if plain == text:
+            return file
+        lines = getattr(file, "lines", None)
+        texts = plain.split("\n")
+        if lines is None:
+            made = tuple(Line(one, number) for number, one in enumerate(texts, 1))
+        else:
+            made = tuple(
+                replace(line, text=one) for line, one in zip(lines, texts, strict=False)
+            )
+        return Extract.make(file, made, title_of(file))
