@@ -50,6 +50,8 @@ def junit_xml(results: Results) -> str:
         found = SubElement(root, "testsuite", {"name": suite.name, **_counts(tests, duration_us)})
         for test in tests:
             _case(found, suite, test, results)
+    if results.messages:
+        SubElement(root, "system-out").text = _plain("\n".join(results.messages))
     indent(root)
     return tostring(root, encoding="utf-8", xml_declaration=True).decode() + "\n"
 

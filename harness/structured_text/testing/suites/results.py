@@ -100,6 +100,7 @@ class Results:
     Attributes:
         suites: All suites, in the order of their declaration.
         notes: One line for each thing that is no failure but deserves attention.
+        messages: What the program has logged, in order.
         scans: Number of scans.
         duration_us: Virtual time of the run [us].
         ended: The reason why the run ended before all suites had finished; empty if they had.
@@ -107,6 +108,7 @@ class Results:
 
     suites: list[Suite]
     notes: list[str] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
     scans: int = 0
     duration_us: int = 0
     ended: str = ""

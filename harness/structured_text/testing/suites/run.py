@@ -27,6 +27,8 @@ _FIRST_SCANS = 100
 _NO_TEST = "(before the first test)"
 #: Number of failures of a test that are recorded; an assert in a loop may give many.
 _MOST_FAILURES = 100
+#: Number of messages of the program that are recorded.
+_MOST_MESSAGES = 1000
 
 
 def run_suites(
@@ -146,6 +148,8 @@ class _Run:
         self.results.ended = f"the program has ended with an error: {error}"
         number = self._current()[0]
         if number and self._last is not None and self._last.unfinished:
+            if place is None or str(real(place.file)) in self.framework.files:
+                place = self._last.place
             failure = Failure(place, error.message, None, "", self.bench.now_us)
             self._last.failures.append(failure)
 
@@ -172,6 +176,10 @@ class _Run:
 
     def note(self, event: str, name: str, expected: str, actual: str, message: str) -> bool:
         """Record an event of the current suite."""
+        if event == "log":
+            if len(self.results.messages) < _MOST_MESSAGES:
+                self.results.messages.append(message)
+            return True
         suite = self._suite()
         test = suite.tests.get(name or _NO_TEST)
         if test is None:

@@ -16,7 +16,8 @@ _MOST_SHOWN = 10
 
 def results_text(results: Results) -> str:
     """Return failed, unfinished and disabled tests, and a line with the figures."""
-    lines = [f"note: {note}" for note in results.notes]
+    lines = [f"log: {message}" for message in results.messages]
+    lines += [f"note: {note}" for note in results.notes]
     for suite, test in results.tests():
         name = f"{suite.name}.{test.name}"
         if test.skipped:
