@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
 import struct
-import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -329,7 +329,7 @@ class BuiltinProgram(OfProject):
 
         For use inside an answer (see `answering`).
         """
-        return self.module.running(sys._getframe(1))
+        return self.module.running(inspect.currentframe())
 
     # --- state ---
 

@@ -95,7 +95,5 @@ class Framework:
         if lines is None:
             made = tuple(Line(one, number) for number, one in enumerate(texts, 1))
         else:
-            made = tuple(
-                replace(line, text=one) for line, one in zip(lines, texts, strict=False)
-            )
+            made = tuple(replace(line, text=one) for line, one in zip(lines, texts, strict=False))
         return Extract.make(file, made, title_of(file))

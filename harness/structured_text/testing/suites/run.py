@@ -56,7 +56,9 @@ def run_suites(
     """
     limit_us = parse_us(longest)
     if not limit_us:
-        raise InputError("a run of 0 s finishes no test", hint=f"give at least a scan, as {LONGEST}")
+        raise InputError(
+            "a run of 0 s finishes no test", hint=f"give at least a scan, as {LONGEST}"
+        )
     with Bench.build(framework.added_to(files), scan=scan, engine="builtin", keep=1) as bench:
         program = bench.program
         assert isinstance(program, BuiltinProgram)
@@ -104,8 +106,9 @@ class _Run:
 
     def _no_suite(self) -> InputError:
         hint = "declare one in a program, as a variable"
-        return InputError(f"there is no instance of a block that extends {self.framework.suite}",
-                          hint=hint)
+        return InputError(
+            f"there is no instance of a block that extends {self.framework.suite}", hint=hint
+        )
 
     # --- the scans ---
 

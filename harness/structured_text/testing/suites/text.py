@@ -58,5 +58,7 @@ def _where(place: Place | None) -> str:
     if place is None:
         return "?"
     file = Path(place.file)
-    shown = os.path.relpath(file) if file.is_absolute() and file.is_relative_to(Path.cwd()) else file
+    shown = (
+        os.path.relpath(file) if file.is_absolute() and file.is_relative_to(Path.cwd()) else file
+    )
     return f"{shown}:{place.line}"

@@ -23,13 +23,13 @@ from structured_text.testing.suites.junit import check_junit, junit_xml
 from structured_text.testing.suites.run import LONGEST, run_suites
 from structured_text.testing.suites.text import results_text
 
-__all__ = ["test"]
+__all__ = ["unit_tests"]
 
 #: Default folder of the coverage report.
 _COVERAGE = Path("out/coverage")
 
 
-def test(
+def unit_tests(
     files: Sources,
     only: Annotated[
         list[str] | None,
@@ -105,9 +105,7 @@ def test(
         raise typer.Exit(1)
 
 
-def _collector(
-    coverage: bool, folder: Path | None, fail_under: str | None
-) -> Collector | None:
+def _collector(coverage: bool, folder: Path | None, fail_under: str | None) -> Collector | None:
     """Return the coverage collector, if coverage is requested (InputError: bad options)."""
     if not coverage:
         for option, value in {"--coverage-out": folder, "--cover-fail-under": fail_under}.items():
