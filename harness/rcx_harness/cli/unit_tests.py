@@ -115,4 +115,4 @@ def _collector(coverage: bool, folder: Path | None, fail_under: str | None) -> C
     if fail_under is not None:
         check_fail_under("--cover-fail-under", fail_under)
     check_folder(folder or _COVERAGE)
-    return Collector()
+    return Collector(library=False)

@@ -9,7 +9,6 @@ Structured Text, offers an assert with inputs of the type ANY.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypeVar
 
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
@@ -26,7 +25,7 @@ _TYPES = "TYPES"
 #: Types of numbers that do not say their type.
 _WHOLE, _REAL = "DINT", "LREAL"
 
-_Node = TypeVar("_Node", s.Call, s.Invoke, s.CallStatement)
+_Node = s.Call | s.Invoke | s.CallStatement
 
 
 def overloads(objects: Objects, kind: Type | None, key: str) -> dict[str, t.Pou]:

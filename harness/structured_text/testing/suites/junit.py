@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from structured_text.errors import InputError
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles
-from structured_text.testing.suites.results import Results, Suite, Test
+from structured_text.testing.suites.results import Case, Results, Suite
 
 __all__ = ["check_junit", "junit_xml"]
 
@@ -53,10 +53,11 @@ def junit_xml(results: Results) -> str:
     if results.messages:
         SubElement(root, "system-out").text = _plain("\n".join(results.messages))
     indent(root)
-    return tostring(root, encoding="utf-8", xml_declaration=True).decode() + "\n"
+    written: bytes = tostring(root, encoding="utf-8", xml_declaration=True)
+    return written.decode("utf-8") + "\n"
 
 
-def _counts(tests: Iterable[Test], duration_us: int) -> dict[str, str]:
+def _counts(tests: Iterable[Case], duration_us: int) -> dict[str, str]:
     tests = list(tests)
     errors = [test for test in tests if _is_error(test)]
     failed = [test for test in tests if test.failures and test not in errors]
@@ -70,18 +71,18 @@ def _counts(tests: Iterable[Test], duration_us: int) -> dict[str, str]:
     }
 
 
-def _span_us(tests: list[Test]) -> int:
+def _span_us(tests: list[Case]) -> int:
     begun = [test for test in tests if not test.skipped]
     ends = [test.began_us if test.ended_us is None else test.ended_us for test in begun]
     return max(ends) - min(test.began_us for test in begun) if begun else 0
 
 
-def _is_error(test: Test) -> bool:
+def _is_error(test: Case) -> bool:
     """Return whether a test has not ended, or has ended with an error of the program."""
     return test.unfinished or any(failure.expected is None for failure in test.failures)
 
 
-def _case(suite: Element, of: Suite, test: Test, results: Results) -> None:
+def _case(suite: Element, of: Suite, test: Case, results: Results) -> None:
     about = {"classname": of.name, "name": _plain(test.name)}
     if test.place is not None:
         about |= {"file": _plain(test.place.file), "line": str(test.place.line)}

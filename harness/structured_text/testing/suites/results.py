@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-__all__ = ["Failure", "Place", "Results", "Suite", "Test"]
+__all__ = ["Case", "Failure", "Place", "Results", "Suite"]
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Failure:
 
 
 @dataclass
-class Test:
+class Case:
     """A test of a suite.
 
     Attributes:
@@ -90,7 +90,7 @@ class Suite:
     """A suite: the path of its instance, and its tests in the order in which they began."""
 
     name: str
-    tests: dict[str, Test] = field(default_factory=dict)
+    tests: dict[str, Case] = field(default_factory=dict)
 
 
 @dataclass
@@ -113,14 +113,14 @@ class Results:
     duration_us: int = 0
     ended: str = ""
 
-    def tests(self) -> Iterator[tuple[Suite, Test]]:
+    def tests(self) -> Iterator[tuple[Suite, Case]]:
         """Yield all tests with their suites."""
         for suite in self.suites:
             for test in suite.tests.values():
                 yield suite, test
 
     def count(self, what: str) -> int:
-        """Return the number of tests for which the property `what` of `Test` is true."""
+        """Return the number of tests for which the property `what` of `Case` is true."""
         return sum(bool(getattr(test, what)) for _, test in self.tests())
 
     @property

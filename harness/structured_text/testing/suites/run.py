@@ -14,7 +14,7 @@ from structured_text.output.paths import real
 from structured_text.output.units import format_us, parse_us
 from structured_text.projects.sources import SourceFiles
 from structured_text.testing.suites.framework import Framework
-from structured_text.testing.suites.results import Failure, Place, Results, Suite, Test
+from structured_text.testing.suites.results import Case, Failure, Place, Results, Suite
 
 __all__ = ["LONGEST", "run_suites"]
 
@@ -63,7 +63,10 @@ def run_suites(
         program = bench.program
         assert isinstance(program, BuiltinProgram)
         run = _Run(bench, program, framework, only)
-        answers = {framework.note: run.note, framework.selected: run.selected}
+        answers: dict[str, Callable[..., Any]] = {
+            framework.note: run.note,
+            framework.selected: run.selected,
+        }
         with program.answering(answers):
             run.until(limit_us, progress)
     run.check_selection()
@@ -90,7 +93,7 @@ class _Run:
     results: Results = field(init=False)
     _seen: dict[tuple[Any, ...], _Seen] = field(default_factory=dict)
     _matched: set[str] = field(default_factory=set)
-    _last: Test | None = None
+    _last: Case | None = None
 
     def __post_init__(self) -> None:
         names = self.framework
@@ -100,9 +103,18 @@ class _Run:
         if not count:
             raise self._no_suite()
         paths = self.program.read(names.suites)[:count]
-        self.results = Results([Suite(path) for path in paths])
+        self.results = Results([Suite(self._name(path)) for path in paths])
         self._current = self.program.reader([names.current])
         self._flags = self.program.reader([names.done, names.aborted, names.started])
+
+    def _name(self, path: str) -> str:
+        """Return the path of a suite; a program without a configuration has its own name."""
+        instances = self.program.instances()
+        root, _, rest = path.partition(".")
+        block = instances.get(root)
+        if len(instances) == 1 and not self.program.project.configured and rest:
+            return f"{block.name}.{rest}"
+        return path
 
     def _no_suite(self) -> InputError:
         hint = "declare one in a program, as a variable"
@@ -187,7 +199,7 @@ class _Run:
         test = suite.tests.get(name or _NO_TEST)
         if test is None:
             now = self.bench.now_us
-            test = suite.tests[name or _NO_TEST] = Test(name or _NO_TEST, self._place(), now)
+            test = suite.tests[name or _NO_TEST] = Case(name or _NO_TEST, self._place(), now)
             test.ended_us = None if name else now
         self._last = test
         if event == "skip":
@@ -203,11 +215,11 @@ class _Run:
             if note not in self.results.notes:
                 self.results.notes.append(note)
         elif event == "unknown":
-            text = f"a test that the suite does not have has been finished: {name}"
+            text = f"a test that the suite does not have has been finished: {message}"
             test.failures.append(Failure(self._place(), text, None, "", self.bench.now_us))
         return True
 
-    def _fail(self, test: Test, expected: str, actual: str, message: str) -> None:
+    def _fail(self, test: Case, expected: str, actual: str, message: str) -> None:
         """Record a failed assert, unless it is the repetition of one of an earlier cycle."""
         failure = Failure(self._place(), message, expected, actual, self.bench.now_us)
         key = id(test), failure.place, expected, actual, message
@@ -221,7 +233,8 @@ class _Run:
                 test.failures.append(failure)
 
     def _suite(self) -> Suite:
-        return self.results.suites[self._current()[0] - 1]
+        number: int = self._current()[0]
+        return self.results.suites[number - 1]
 
     def _place(self) -> Place | None:
         """Return the innermost running statement that is not one of the framework."""
