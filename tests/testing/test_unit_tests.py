@@ -308,6 +308,14 @@ def test_suites_in_sequence_begin_when_the_one_before_has_finished(tmp_path: Pat
     assert tests["Quick"].began_us == 30_000
 
 
+def test_of_several_programs_without_tasks_those_run_that_call_the_suites(tmp_path: Path) -> None:
+    """Source: docs/how-to/unit-tests.md."""
+    other = "PROGRAM Other\nVAR i : INT; END_VAR\n// RUN();\ni := 1 / i;\nEND_PROGRAM\n"
+    results = _run(tmp_path, other + _suite_of("TEST('A');", "TEST_FINISHED();"))
+    assert [suite.name for suite in results.suites] == ["Main.Some"]
+    assert results.passed
+
+
 @pytest.mark.parametrize("name", ["Quick", "main.quick", "Quick.Quick", "*.Qu*"])
 def test_only_the_named_tests_run(tmp_path: Path, name: str) -> None:
     """Source: docs/how-to/unit-tests.md."""

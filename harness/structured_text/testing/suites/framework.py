@@ -6,6 +6,7 @@ The package that ships a framework describes it with `Framework`; this toolkit k
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,13 +14,17 @@ from pathlib import Path
 from structured_text.errors import InputError
 from structured_text.language.source import Extract, Line, source_text, title_of
 from structured_text.output.paths import real
+from structured_text.projects.model import without_comments
 from structured_text.projects.needed import declared_names, needed
 from structured_text.projects.sources import SourceFiles, not_declared, st_files
+from structured_text.projects.tasks import ToolTask, configuration
 
 __all__ = ["Framework"]
 
 #: Comments and texts, in which a name is not a qualifier.
 _APART = r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'|\"(?:\$.|[^$\"\n])*\""
+_CONFIGURATION = re.compile(r"\bCONFIGURATION\b", re.IGNORECASE)
+_PROGRAM = re.compile(r"\bPROGRAM\s+(\w+)(.*?)\bEND_PROGRAM\b", re.IGNORECASE | re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -72,8 +77,30 @@ class Framework:
                 f"the program declares {self.suite} itself",
                 hint=f"leave the library {self.namespace} out: it is built in",
             )
+        own = (*own, *self._started(own))
         parts = needed([*own, *files.lib], not_declared(st_files(self.folder), declared))
         return replace(files, own=own, lib=(*files.lib, *parts))
+
+    def _started(self, own: Sequence[Path]) -> list[Path]:
+        """Return a configuration of the programs that run suites, where several have no task."""
+        programs: list[tuple[str, str, Path]] = []
+        for file in own:
+            try:
+                text = without_comments(source_text(file))
+            except InputError:
+                continue
+            if _CONFIGURATION.search(text):
+                return []
+            programs += [(found[1], found[2], file) for found in _PROGRAM.finditer(text)]
+        if len(programs) < 2:
+            return []
+        calls = re.compile(rf"\b(?:{'|'.join(self.run)})\s*\(", re.IGNORECASE)
+        names = [(name, name) for name, body, _ in programs if calls.search(body)]
+        if not names:
+            return []
+        task = ToolTask("", 0, None, tuple(names), programs[0][2], 1)
+        units = configuration([task]).units
+        return [Extract.make(unit.file, unit.piece.lines(), unit.name) for unit in units]
 
     def _without_namespace(self, file: Path) -> Path:
         """Return a source with blanks in place of the namespace; all columns stay the same."""
