@@ -102,7 +102,7 @@ _HOMES = {
     "import": ("import_", "import_"),
     "encode": ("codec", "encode"),
     "decode": ("codec", "decode"),
-    "test": ("unit_tests", "unit_tests"),
+    "test": ("test_", "test_"),
 }
 
 #: If a command has more options than this, its help shows the rare ones in these panels, by the

@@ -111,9 +111,8 @@ class _Run:
         """Return the path of a suite; a program without a configuration has its own name."""
         instances = self.program.instances()
         root, _, rest = path.partition(".")
-        block = instances.get(root)
         if len(instances) == 1 and not self.program.project.configured and rest:
-            return f"{block.name}.{rest}"
+            return f"{instances[root].name}.{rest}"
         return path
 
     def _no_suite(self) -> InputError:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import shutil
 import sys
 from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from rcx_harness.cell.sources import source_files
-from rcx_harness.cli.options import Lib, Replace, Sources, replacements
+from rcx_harness.cli.options import Lib, Replace, Sources, replacements, with_options
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.testing.suites import FRAMEWORK
 from structured_text.coverage.output import check_fail_under, check_folder, conclude
@@ -23,38 +24,44 @@ from structured_text.testing.suites.junit import check_junit, junit_xml
 from structured_text.testing.suites.run import LONGEST, run_suites
 from structured_text.testing.suites.text import results_text
 
-__all__ = ["unit_tests"]
+__all__ = ["test_"]
 
 #: Default folder of the coverage report.
 _COVERAGE = Path("out/coverage")
 
 
-def unit_tests(
-    files: Sources,
+@dataclass(frozen=True)
+class Options:
+    """The options of `rcx test`."""
+
+    files: Sources
     only: Annotated[
         list[str] | None,
         typer.Option(help="Run only this test, suite or Suite.Test; * is allowed. Repeatable."),
-    ] = None,
-    junit: Annotated[Path | None, typer.Option(help="Write the results as JUnit XML.")] = None,
+    ] = None
+    junit: Annotated[Path | None, typer.Option(help="Write the results as JUnit XML.")] = None
     duration: Annotated[
         str, typer.Option("--for", help="Virtual time after which unfinished tests are given up.")
-    ] = LONGEST,
+    ] = LONGEST
     scan: Annotated[
         str | None, typer.Option(help="Period of the scan. Default: the task's, or 10ms.")
-    ] = None,
-    lib: Lib = None,
-    replace: Replace = None,
+    ] = None
+    lib: Lib = None
+    replace: Replace = None
     coverage: Annotated[
         bool, typer.Option("--coverage", help="Count which statements and branches run, and MC/DC.")
-    ] = False,
+    ] = False
     coverage_out: Annotated[
         Path | None, typer.Option(help="Folder of the coverage's report. Default: out/coverage.")
-    ] = None,
+    ] = None
     cover_fail_under: Annotated[
         str | None,
         typer.Option(help="Exit code 1 where less of statements and branches is covered [%]."),
-    ] = None,
-) -> None:
+    ] = None
+
+
+@with_options(Options)
+def test_(given: Options) -> None:
     """Run the unit tests of a program: TcUnit suites, in virtual time, without TwinCAT.
 
     Suites are blocks that extend FB_TestSuite; a program calls RUN or RUN_IN_SEQUENCE. Leave the
@@ -63,10 +70,10 @@ def unit_tests(
     Exit code: 0 if all tests have passed, 1 if a test has failed or not finished, or with too
     little coverage, 2 on bad input.
     """
-    collector = _collector(coverage, coverage_out, cover_fail_under)
-    sources = source_files(files, lib, replacements(replace))
-    if junit is not None:
-        check_junit(junit, sources)
+    collector = _collector(given)
+    sources = source_files(given.files, given.lib, replacements(given.replace))
+    if given.junit is not None:
+        check_junit(given.junit, sources)
     if collector is not None:
         collector.leave_out(FRAMEWORK.folder)
     with (
@@ -76,26 +83,27 @@ def unit_tests(
         results = run_suites(
             sources,
             FRAMEWORK,
-            scan=scan,
-            longest=duration,
-            only=only or (),
+            scan=given.scan,
+            longest=given.duration,
+            only=given.only or (),
             progress=progress,
         )
-    if junit is not None:
-        replace_files({junit: junit_xml(results)})
+    if given.junit is not None:
+        replace_files({given.junit: junit_xml(results)})
     for note in sources.notes:
         if f"library {FRAMEWORK.namespace} is" not in note:  # its interface is built in
             print(legible(f"note: {note}"))
     print(legible(results_text(results)))
-    if junit is not None:
-        print(f"written: {junit}")
+    if given.junit is not None:
+        print(f"written: {given.junit}")
     covered = True
     if collector is not None:
+        percent = given.cover_fail_under
         outcome = conclude(
             merge([part_of(collector)]),
             Path.cwd(),
-            coverage_out or _COVERAGE,
-            fail_under=None if cover_fail_under is None else float(cover_fail_under),
+            given.coverage_out or _COVERAGE,
+            fail_under=None if percent is None else float(percent),
             width=shutil.get_terminal_size((100, 24)).columns,
         )
         print(f"\n{outcome.text}")
@@ -105,14 +113,15 @@ def unit_tests(
         raise typer.Exit(1)
 
 
-def _collector(coverage: bool, folder: Path | None, fail_under: str | None) -> Collector | None:
+def _collector(given: Options) -> Collector | None:
     """Return the coverage collector, if coverage is requested (InputError: bad options)."""
-    if not coverage:
-        for option, value in {"--coverage-out": folder, "--cover-fail-under": fail_under}.items():
+    folder, percent = given.coverage_out, given.cover_fail_under
+    if not given.coverage:
+        for option, value in {"--coverage-out": folder, "--cover-fail-under": percent}.items():
             if value is not None:
                 raise InputError(f"{option}: no coverage is counted", hint="add --coverage")
         return None
-    if fail_under is not None:
-        check_fail_under("--cover-fail-under", fail_under)
+    if percent is not None:
+        check_fail_under("--cover-fail-under", percent)
     check_folder(folder or _COVERAGE)
     return Collector(library=False)
