@@ -25,4 +25,17 @@ FRAMEWORK = Framework(
     started="RcxTest_Started",
     done="RcxTest_Done",
     aborted="RcxTest_Aborted",
+    case="RcxTest_Case",
+    words={
+        "counts": "RcxCounts",
+        "fail": "RcxFail",
+        "text": "RcxText",
+        "advance": "RcxTest_Advance",
+        "mock": "RcxTest_Mock",
+        "calls": "RcxTest_Calls",
+        "returns": "RcxTest_Returns",
+        "test": "TEST",
+        "finished": "TEST_FINISHED",
+        "run": "RUN",
+    },
 )

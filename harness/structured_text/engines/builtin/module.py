@@ -95,6 +95,24 @@ class Module:
         return self._code.origins[index] if 0 <= index < len(self._code.origins) else None
 
     @contextmanager
+    def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
+        """Let the calls of one instance of a block, by identity, do nothing but be reported."""
+        keys = [f"{kind}_{block.upper()}" for kind in ("f", "body")]
+        before = {key: self.names[key] for key in keys if key in self.names}
+
+        def skipped(body: Callable[..., Any]) -> Callable[..., Any]:
+            def call(instance: Any, *others: Any) -> Any:
+                return called(place) if id(instance) == place else body(instance, *others)
+
+            return call
+
+        self.names.update({key: skipped(body) for key, body in before.items()})
+        try:
+            yield
+        finally:
+            self.names.update(before)
+
+    @contextmanager
     def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
         """Replace FUNCTIONs, by name, by Python functions inside the `with`."""
         keys = {f"f_{name.upper()}": answer for name, answer in answers.items()}

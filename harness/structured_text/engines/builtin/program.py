@@ -324,6 +324,19 @@ class BuiltinProgram(OfProject):
         with self.module.answering(answers):
             yield
 
+    @contextmanager
+    def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
+        """Let the calls of one instance of a block do nothing but call `called(place)`.
+
+        `place` is the identity of the instance (see `holder`).
+        """
+        with self.module.skipping(block, place, called):
+            yield
+
+    def advance(self, time_ns: int) -> None:
+        """Let time pass within a scan [ns]; the next scan sets the time anew."""
+        self._globals.now += time_ns
+
     def running(self) -> Iterator[tuple[str, int]]:
         """Yield file and line of the running statements, the innermost first.
 

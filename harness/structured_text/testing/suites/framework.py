@@ -6,7 +6,7 @@ The package that ships a framework describes it with `Framework`; this toolkit k
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ from structured_text.projects.model import without_comments
 from structured_text.projects.needed import declared_names, needed
 from structured_text.projects.sources import SourceFiles, not_declared, st_files
 from structured_text.projects.tasks import ToolTask, configuration
+from structured_text.testing.suites.test_files import TestFiles
 
 __all__ = ["Framework"]
 
@@ -45,6 +46,8 @@ class Framework:
         started: The global variable that is TRUE after the first call of one of `run`.
         done: The global variable that is TRUE when all suites have finished.
         aborted: The global variable that is TRUE when a wrong call has ended the run.
+        case: The function block that the tests of TEST files extend.
+        words: The names that the tests of TEST files use, see `test_files.TestFiles`.
     """
 
     folder: Path
@@ -59,18 +62,22 @@ class Framework:
     started: str
     done: str
     aborted: str
+    case: str
+    words: Mapping[str, str]
 
     @cached_property
     def files(self) -> frozenset[str]:
         """Return the paths of its files; statements in them belong to no test."""
         return frozenset(str(real(file)) for file in st_files(self.folder))
 
-    def added_to(self, files: SourceFiles) -> SourceFiles:
+    def added_to(self, files: SourceFiles) -> tuple[SourceFiles, dict[str, str]]:
         """Return the sources of a program together with those files of the framework it needs.
 
-        Names that the program declares itself are not taken from the framework.
+        Names that the program declares itself are not taken from the framework. The second value
+        is the title of each suite that a TEST file has, by its path.
         """
-        own = tuple(self._without_namespace(file) for file in files.own)
+        given, titles = TestFiles(self.case, dict(self.words)).sources(files.own)
+        own = tuple(self._without_namespace(file) for file in given)
         declared = files.declared.union(*(declared_names(file) for file in own))
         if self.suite.upper() in declared:
             raise InputError(
@@ -79,7 +86,7 @@ class Framework:
             )
         own = (*own, *self._started(own))
         parts = needed([*own, *files.lib], not_declared(st_files(self.folder), declared))
-        return replace(files, own=own, lib=(*files.lib, *parts))
+        return replace(files, own=own, lib=(*files.lib, *parts)), titles
 
     def _started(self, own: Sequence[Path]) -> list[Path]:
         """Return a configuration of the programs that run suites, where several have no task."""

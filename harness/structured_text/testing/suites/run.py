@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
@@ -14,6 +14,7 @@ from structured_text.output.paths import real
 from structured_text.output.units import format_us, parse_us
 from structured_text.projects.sources import SourceFiles
 from structured_text.testing.suites.framework import Framework
+from structured_text.testing.suites.mocks import Mocks
 from structured_text.testing.suites.results import Case, Failure, Place, Results, Suite
 
 __all__ = ["LONGEST", "run_suites"]
@@ -59,14 +60,15 @@ def run_suites(
         raise InputError(
             "a run of 0 s finishes no test", hint=f"give at least a scan, as {LONGEST}"
         )
-    with Bench.build(framework.added_to(files), scan=scan, engine="builtin", keep=1) as bench:
+    sources, titles = framework.added_to(files)
+    with Bench.build(sources, scan=scan, engine="builtin", keep=1) as bench:
         program = bench.program
         assert isinstance(program, BuiltinProgram)
-        run = _Run(bench, program, framework, only)
-        answers: dict[str, Callable[..., Any]] = {
-            framework.note: run.note,
-            framework.selected: run.selected,
-        }
+        run = _Run(bench, program, framework, only, titles)
+        mocks = Mocks(program, run.path)
+        answers = mocks.answers(framework.words)
+        answers |= {framework.note: run.note, framework.selected: run.selected}
+        run.end_of_test = mocks.end
         with program.answering(answers):
             run.until(limit_us, progress)
     run.check_selection()
@@ -90,6 +92,8 @@ class _Run:
     program: BuiltinProgram
     framework: Framework
     only: Sequence[str]
+    titles: Mapping[str, str]
+    end_of_test: Callable[[], None] = lambda: None
     results: Results = field(init=False)
     _seen: dict[tuple[Any, ...], _Seen] = field(default_factory=dict)
     _matched: set[str] = field(default_factory=set)
@@ -102,8 +106,13 @@ class _Run:
         count = self.program.read(names.count)
         if not count:
             raise self._no_suite()
-        paths = self.program.read(names.suites)[:count]
-        self.results = Results([Suite(self._name(path)) for path in paths])
+        self._paths = self.program.read(names.suites)[:count]
+        suites: dict[str, Suite] = {}
+        for path in self._paths:
+            name = self._name(path)
+            suites.setdefault(name, Suite(name))
+        self.results = Results(list(suites.values()))
+        self._suites = [suites[self._name(path)] for path in self._paths]
         self._current = self.program.reader([names.current])
         self._flags = self.program.reader([names.done, names.aborted, names.started])
 
@@ -111,6 +120,9 @@ class _Run:
         """Return the path of a suite; a program without a configuration has its own name."""
         instances = self.program.instances()
         root, _, rest = path.partition(".")
+        shown = self.titles.get(f"{instances[root].name}.{rest}" if root in instances else path)
+        if shown is not None:
+            return shown
         if len(instances) == 1 and not self.program.project.configured and rest:
             return f"{instances[root].name}.{rest}"
         return path
@@ -195,16 +207,20 @@ class _Run:
                 self.results.messages.append(message)
             return True
         suite = self._suite()
-        test = suite.tests.get(name or _NO_TEST)
+        key = name or _NO_TEST
+        if self.titles:
+            key = f"{self.path()} {key}"  # tests of one file may have one name
+        test = suite.tests.get(key)
         if test is None:
             now = self.bench.now_us
-            test = suite.tests[name or _NO_TEST] = Case(name or _NO_TEST, self._place(), now)
+            test = suite.tests[key] = Case(name or _NO_TEST, self._place(), now)
             test.ended_us = None if name else now
         self._last = test
         if event == "skip":
             test.skipped = True
         elif event == "finish":
             test.ended_us = self.bench.now_us
+            self.end_of_test()
         elif event == "assert":
             test.asserts += 1
         elif event == "fail":
@@ -233,7 +249,12 @@ class _Run:
 
     def _suite(self) -> Suite:
         number: int = self._current()[0]
-        return self.results.suites[number - 1]
+        return self._suites[number - 1]
+
+    def path(self) -> str:
+        """Return the path of the suite that is called."""
+        number: int = self._current()[0]
+        return str(self._paths[number - 1])
 
     def _place(self) -> Place | None:
         """Return the innermost running statement that is not one of the framework."""
