@@ -65,7 +65,7 @@ def _let_children_hear_signals(*, is_worker: bool) -> None:
 
     A shell starts background jobs with SIGINT ignored, and `nohup` ignores SIGHUP. Every child
     inherits that, but the tests of these signals need children that do not ignore them. The
-    handler of SIGHUP does nothing, so that the tests themselves still go on after `nohup`.
+    handler of SIGHUP does nothing, so that the tests themselves still continue after `nohup`.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)

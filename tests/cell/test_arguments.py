@@ -29,7 +29,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
 
 @pytest.mark.parametrize("number", [-1, _NAN, True, 1.5, "2", None, 10**30])
 def test_a_number_of_scans_is_a_whole_number_from_0_on(cell: Cell, number: Any) -> None:
-    """Source: Cell.scan and Cell.takes: so many scans."""
+    """Source: Cell.scan and Cell.takes: this many scans."""
     with pytest.raises(InputError, match="the number of scans cannot be"):
         cell.scan(number)
     with pytest.raises(InputError, match="scans cannot be"), cell.takes(scans=number):

@@ -27,7 +27,7 @@ def _pipe(folder: Path) -> Path:
 def test_a_pipe_a_device_a_socket_and_a_folder_are_refused_before_they_are_opened(
     tmp_path: Path,
 ) -> None:
-    """Opening a pipe waits for whoever writes; a device may have no end.
+    """Opening a pipe waits until somebody writes; a device may have no end.
 
     Source: docs/reference/limits.md, files.
     """

@@ -236,7 +236,7 @@ class Bridge:
         """Return the new state and its reason.
 
         The first fault counts: no answer of the PLC, a gap between two requests that is too long, a
-        heartbeat that stands still, no robot. Without a fault a running bridge goes on. Otherwise
+        heartbeat that stands still, no robot. Without a fault a running bridge continues. Otherwise
         the handshake of `_clearing` comes first.
         """
         if isinstance(plc, Lost):

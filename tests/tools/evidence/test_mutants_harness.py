@@ -403,7 +403,7 @@ def test_a_run_finds_survivors_endless_loops_and_seeded_bugs_and_leaves_the_tree
     table = house / "tests/tools/evidence/survivors_harness.toml"
     table.write_text(text.replace('reason = ""', 'reason = "nobody minds"'), encoding="utf-8")
     _, told, again = _run(house)
-    assert len(again) == len(outcomes), told  # nothing was run anew
+    assert len(again) == len(outcomes), told  # nothing was run again
     assert "(3 survivors with a reason)" in told
 
 

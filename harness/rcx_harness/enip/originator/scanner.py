@@ -154,7 +154,7 @@ class Scanner(Closing):
 
     Raises:
         InputError: a size that the controller does not have, an interval or a multiplier that
-            cannot be asked for.
+            cannot be requested.
         EnipError: the adapter is not there, or our UDP port is taken.
     """
 

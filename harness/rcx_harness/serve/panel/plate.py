@@ -19,7 +19,7 @@ from structured_text.language.types import BlockType, EnumType, StructType
 __all__ = ["HOLD_S", "Plate", "plates_of"]
 
 HOLD_S = 0.5
-"""A key is released when its page has been silent for so long [s]."""
+"""A key is released when its page has been silent for this time [s]."""
 
 _TYPE = "RCX_PANEL"
 #: The key that is never dropped, even if its page is silent or another page sends too much.

@@ -44,7 +44,7 @@ _EVENTS = {
 }
 _PLACE = re.compile(r"^(controller \d+: )?(plc, scan \d+|robot, cycle \d+): ")
 #: The keys are checked by pairs of states with the same key: the first so many, then each so
-#: manyth, over this number of scans. The states of so many keys are stored for that.
+#: manyth, over this number of scans. The states of this many keys are stored for that.
 _FIRST_TWINS, _FURTHER_TWINS, _COMPARED, _EARLIER = 20, 16, 3, 2_000
 
 

@@ -151,7 +151,7 @@ def impossible_date(ask: Asker) -> None:
     does="The arm designation of robot 1 is set to what it is.",
 )
 def arm(ask: Asker) -> None:
-    """What does a robot that is no SCARA answer to an arm designation?"""
+    """What does a robot that is not a SCARA answer to an arm designation?"""
     state = ask.command("ReadArmDesignation", 1).fields.get("arm_state")
     answer = ask.command("SelectArm", 1, arm=state if state in (0, 1) else 0)
     ask.needs(bool(answer.alarm), "robot 1 is a SCARA robot")

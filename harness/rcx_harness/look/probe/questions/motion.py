@@ -98,7 +98,7 @@ def unasked_positions(ask: Asker) -> None:
     does="Axis 1 of robot 1 jogs for half a second at 1 % of the manual speed.",
 )
 def jog_cleared(ask: Asker) -> None:
-    """Does a jog whose command is cleared go on until SI(06) is OFF?"""
+    """Does a jog whose command is cleared continue until SI(06) is OFF?"""
     speed = ask.command("ReadSpeeds", 1).fields.get("manual_speed", 20)
     ask.command("SetManualSpeed", 1, speed=_SLOW)
     try:
