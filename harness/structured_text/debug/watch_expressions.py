@@ -152,7 +152,7 @@ def syntax_of(text: str) -> s.Expression:
 
 
 def _scopes(project: Project) -> dict[str, Scope]:
-    """Return the scope of each POU; the front end has discarded its own, so they are built again."""
+    """Return the scope of each POU, built again because the front end has discarded its scopes."""
     sources = [read_file(file) for file in project.files]
     registry = Registry(sources, lambda _: None)
     declarations = Declarations(registry, lambda _: None)
