@@ -149,7 +149,7 @@ class PlcSeen:
 
 @dataclass(frozen=True)
 class Lost:
-    """A side that is not there, with the reason in words."""
+    """A side of the bridge that cannot be reached, with the reason in words."""
 
     reason: str
 

@@ -30,7 +30,7 @@ logging.getLogger("pymodbus").setLevel(logging.CRITICAL + 1)
 
 
 class PlcError(Exception):
-    """A PLC that is not there, has not answered, or refuses; one sentence without a full stop."""
+    """Error if the PLC cannot be reached, does not answer, or refuses a request."""
 
 
 class PlcLink:
