@@ -147,7 +147,7 @@ class ExpressionCode:
         return f"{base}.held" if isinstance(kind, ArrayType) and kind.open else base
 
     def given(self, variable: t.Variable, pin: Type) -> str:
-        """Return the code of the argument for a VAR_IN_OUT; an open array gets its bounds with it."""
+        """Return the code of the argument for a VAR_IN_OUT; an open array includes its bounds."""
         code, kind = self.variable(variable), variable.type
         if isinstance(pin, ArrayType) and pin.open and isinstance(kind, ArrayType):
             return code if kind.open else f"Open({code}, {kind.bounds!r})"

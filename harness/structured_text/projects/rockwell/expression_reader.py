@@ -274,7 +274,7 @@ class ExpressionReader:
     # --- tags -----------------------------------------------------------------------------
 
     def _variable(self, *, written: bool = False, element: bool = True) -> tuple[str, Data]:
-        """Read a tag with its members, elements and bits; `element` False: without its last index."""
+        """Read a tag with its members, elements and bits; the last index only if `element`."""
         token = self._next()
         if token.kind != "name" or token.word in KEYWORDS:
             raise self._error(f"a tag is needed here, not {token.text!r}", token)
