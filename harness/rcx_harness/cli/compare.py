@@ -1,4 +1,4 @@
-"""`rcx compare`: a recorded controller beside the virtual one."""
+"""`rcx compare`: compare a recorded controller with the virtual one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progress of what takes long, on stderr."""
+"""Progress of long commands, on stderr."""
 
 from __future__ import annotations
 

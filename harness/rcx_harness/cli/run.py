@@ -182,7 +182,7 @@ class RunOptions(CellOptions):
 
     @property
     def live(self) -> bool:
-        """At the pace of the clock, over a network that has jitter of its own."""
+        """In real time, over a network with its own jitter."""
         return self.realtime or self.connect is not None
 
     def where(self) -> Elsewhere | None:

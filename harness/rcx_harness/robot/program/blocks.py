@@ -67,7 +67,7 @@ def link(
 
 
 class _Linker:
-    """The code as far as it is linked."""
+    """The code that has been linked so far."""
 
     def __init__(self) -> None:
         self.code: list[Instruction] = []

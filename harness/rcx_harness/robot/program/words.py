@@ -1,4 +1,4 @@
-"""What the robot language has, and what this controller does not execute: statements.toml."""
+"""The words of the robot language, and those that this controller does not execute."""
 
 from __future__ import annotations
 

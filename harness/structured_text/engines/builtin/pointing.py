@@ -145,7 +145,7 @@ class Pointing:
     # --- calls ---
 
     def call(self, node: t.CallMethod) -> str:
-        """Return the code of a method call; with outputs it is a tuple that ends with the result."""
+        """Return the code of a method call; with outputs it is a tuple with the result last."""
         method = node.method
         instance = self._code.exact(node.instance)
         before: list[str] = []
