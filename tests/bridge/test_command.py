@@ -133,7 +133,7 @@ def test_a_missing_plc_is_one_line(capsys: Captured) -> None:
     assert main(["bridge", "--plc", "127.0.0.1:1", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("rcx: no Modbus TCP connection to 127.0.0.1:1: ")
-    assert "; is its Modbus server on; --wait starts without it" in error
+    assert "; switch its Modbus server on, or start the bridge with --wait" in error
     assert error.count("\n") == 1
 
 

@@ -64,7 +64,7 @@ def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
         file=error.file,
         line=error.line,
         column=error.column,
-        hint=f"--lib {lib} does not declare it; without --lib the library of this package is taken",
+        hint=f"--lib {lib} does not declare it; leave out --lib to use the library in this package",
     )
 
 

@@ -276,6 +276,6 @@ def local(
 def refuse_set(of: Held) -> InputError:
     """Return the error for a variable that cannot be set."""
     if not of.path:
-        return InputError(f"{of.name} is not a variable", hint="only a variable can be set")
+        return InputError(f"{of.name} is not a variable", hint="set a variable")
     text = f"{of.path} is a {describe(of.type)}"
     return InputError(text, hint="set its members or elements one by one")

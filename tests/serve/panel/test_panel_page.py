@@ -205,7 +205,7 @@ def test_a_key_is_not_pressed_with_a_number_that_was_refused(panel: _Panel) -> N
     panel.browser.get_log("browser")  # type: ignore[no-untyped-call]
 
 
-_REFUSED = "Point cannot be 30000; it takes 0 to 29999"
+_REFUSED = "Point cannot be 30000; use 0 to 29999"
 
 
 def _shown_point(panel: _Panel, where: str = "value") -> object:

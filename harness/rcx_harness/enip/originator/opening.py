@@ -140,7 +140,7 @@ def multiplier_of(timeout_us: int, rpi_us: int) -> int:
     longest = format_us(rpi_us * (4 << _MOST))
     raise InputError(
         f"a time-out of {format_us(timeout_us)} cannot be requested",
-        hint=f"at this packet interval the longest is {longest}",
+        hint=f"use at most {longest} at this packet interval",
     )
 
 

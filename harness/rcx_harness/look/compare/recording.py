@@ -151,7 +151,7 @@ def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Rec
     driven = [one for one in samples if one.so and one.si]
     if not driven:
         text = "nothing in it says what the PLC sent and what the controller answered"
-        hint = "rcx scan reads only; record the traffic of a PLC with rcx record"
+        hint = "record the traffic of a PLC with rcx record: rcx scan only reads"
         raise InputError(text, file=path, hint=hint)
     size = len(driven[0].so)
     lasts_us = samples[-1].t_us - driven[0].t_us

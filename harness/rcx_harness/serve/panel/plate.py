@@ -115,7 +115,7 @@ class Plate:
             low, high = _RANGES[name]
             fits, takes = type(value) is int and low <= value <= high, f"{low} to {high}"
         if not fits:
-            raise InputError(f"{name} cannot be {value!r:.20}", hint=f"it takes {takes}")
+            raise InputError(f"{name} cannot be {value!r:.20}", hint=f"use {takes}")
         with self._lock:
             self._choices[name] = value
 

@@ -159,7 +159,7 @@ class _CellWorld(World[CellChoice]):
             raise InputError(text, hint="name a later --begin")
         if self._broken or self.cell.violations:
             told = [*self._broken, *(one.text for one in self.cell.violations)]
-            hint = "an exploration begins with a run in which nothing fails"
+            hint = "begin the exploration with a run in which nothing fails"
             raise InputError(f"before the exploration: {told[0]}", hint=hint)
         return self.cell.next_us
 

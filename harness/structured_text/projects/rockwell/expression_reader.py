@@ -408,7 +408,7 @@ def _number(text: str, token: Token, file: Path) -> Value:
     plain = text.replace("_", "")
     if len(plain) > _LONGEST_NUMBER:
         shown = f"a number of {len(plain)} characters: {plain[:20]}..."
-        raise InputError(shown, file=file, line=token.at, hint="no type holds such a value")
+        raise InputError(shown, file=file, line=token.at, hint="write a value that a type can hold")
     if "#" in plain:
         base, _, digits = plain.partition("#")
         try:
