@@ -126,7 +126,7 @@ def pytest_testnodedown(node: Any, error: object) -> None:
 def pytest_terminal_summary(
     terminalreporter: pytest.TerminalReporter, config: pytest.Config
 ) -> None:
-    """Print in a few last lines what was skipped or left out, and how to repeat a failure."""
+    """Print the skipped and omitted tests in a few last lines, and how to repeat a failure."""
     stats = terminalreporter.stats
     skipped = [report.longrepr[2] for report in stats.get("skipped", [])]
     if skipped:

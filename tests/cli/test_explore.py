@@ -1,4 +1,4 @@
-"""`rcx explore`: all states of a small program, what is broken in them, and what is said of it."""
+"""`rcx explore`: all states of a small program, broken rules in them, and the messages."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> Non
 
 
 def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Captured) -> None:
-    """By hand: as many states as without it, for nothing writes it."""
+    """By hand: the number of states does not change, because nothing writes the variable."""
     text = _COUNT.replace("Button : BOOL;", "Button : BOOL; Far AT %QB60 : ARRAY [0..3] OF BYTE;")
     assert (
         main(["explore", _written(folder, text), "--input", "Main.Button", "--faults", "none"]) == 0

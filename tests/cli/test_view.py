@@ -1,4 +1,4 @@
-"""`rcx view`, `rcx run --view`: what is written, where, and what is refused."""
+"""`rcx view`, `rcx run --view`: the written pages, their places, and refused input."""
 
 from __future__ import annotations
 

@@ -176,7 +176,7 @@ _STILL = '[[deadlock]]\nwithin = "500ms"\n'
 
 
 def test_a_standstill_is_reported_once_after_its_time(folder: Path) -> None:
-    """The PLC of this cell waits for nothing, so only the robot is named."""
+    """The PLC of this cell does not wait, so the message names the robot only."""
     with _started(_cell(folder, _STILL, "WAIT SI(20)=1 ' part")) as cell:
         cell.run("490ms")
         assert not cell.violations
@@ -205,7 +205,7 @@ def test_a_cell_that_moves_or_need_not_has_no_deadlock(
 
 
 def test_a_program_that_polls_its_inputs_stands_still(folder: Path) -> None:
-    """Lines that are executed are not progress."""
+    """Executed lines do not count as progress."""
     program = "*L:\nDELAY 10\nIF SI(20)=0 THEN GOTO *L"
     with _started(_cell(folder, _STILL, program)) as cell:
         cell.run("2s")

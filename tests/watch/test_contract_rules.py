@@ -53,7 +53,7 @@ class _Pins:
 def judge(
     scans: str, pins: str = EDGE, *, steady: bool = True, inner: bool = False
 ) -> list[tuple[int, str]]:
-    """Return what is reported about a block, with the scan.
+    """Return the violations of a block, with the scan.
 
     Args:
         scans: A word for each scan, a letter for each pin that is TRUE: the first of its name,

@@ -1,4 +1,4 @@
-"""The faceplate in a real browser: what is pressed there is pressed in the program."""
+"""The faceplate in a real browser: a key pressed there is pressed in the program."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_it_says_which_version_of_the_library_runs(panel: _Panel) -> None:
 
 
 def test_selections_are_chosen_and_the_message_is_shown_in_its_language(panel: _Panel) -> None:
-    """Source: spec/errors.toml, 16#8002: SO(01) is OFF, for nobody plays the controller."""
+    """Source: spec/errors.toml, 16#8002: SO(01) is OFF, because no controller is simulated."""
     panel.until(lambda: panel.shows("#message b") == "Controller not ready", "the hint")
     for value, path, expected in (
         ("LANGUAGE_JAPANESE", "Language", "LANGUAGE_JAPANESE"),

@@ -34,7 +34,7 @@ _full = pytest.mark.external(reason="needs npm: make site-test")
 
 
 class _Server(ThreadingHTTPServer):
-    """Serves the site, and keeps what was requested."""
+    """Serves the site, and records the requests."""
 
     def __init__(self) -> None:
         self.asked: list[str] = []

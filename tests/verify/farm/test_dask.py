@@ -94,7 +94,7 @@ def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.exhaustive
 def test_an_item_that_kills_its_workers_is_named(farm: Farm, tmp_path: Path) -> None:
-    """The second time it is alone: what was only beside it on a worker is not blamed."""
+    """The second time it runs alone, so items that shared its worker are not blamed."""
     for number in range(4):
         (tmp_path / str(number)).touch()
 
