@@ -54,7 +54,7 @@ def servo_on(ask: Asker) -> None:
 
 @moving(
     {"servo-on-command": ("servo_needs_motor_power", "motor_power_alarm")},
-    does="The motor power is switched OFF, then servo ON of axis 1 is asked for.",
+    does="The motor power is switched OFF, then servo ON of axis 1 is requested.",
 )
 def motor_power(ask: Asker) -> None:
     """Does a servo go ON by command without motor power?"""
