@@ -159,7 +159,7 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
     [
         (["--size", "64"], "an area of 64 bytes does not exist"),
         (["--size", "256"], "its areas have another size: try --size 48"),
-        (["--read", "190"], "illegal data address; does the PLC have these registers"),
+        (["--read", "190"], "illegal data address; check that the PLC has these registers"),
         (["--read", "1020"], "the registers 1020 to 1044 and 1024 to 1048 overlap"),
         (["--unit", "256"], "--unit 256 is not a unit identifier"),
         (["--period", "0ms"], "--period 0ms cannot be served; use 1ms to 1s"),

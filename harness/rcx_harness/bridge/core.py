@@ -114,7 +114,7 @@ class State(str, Enum):
     NO_PLC = "no PLC"
     STANDING = "the PLC's program stands still"
     NO_ROBOT = "no robot"
-    CLEARING = "both are there; waiting for the PLC to clear its outputs"
+    CLEARING = "both sides are connected; waiting for the PLC to clear its outputs"
     RUN = "running"
 
 

@@ -118,7 +118,7 @@ class PlcLink:
             if code in _EXCEPTIONS:
                 text += f", {_EXCEPTIONS[code]}"
             if code == _NO_SUCH_REGISTER:
-                text += "; does the PLC have these registers"
+                text += "; check that the PLC has these registers"
             raise PlcError(f"{self.name}: {text}")
         return answer
 
