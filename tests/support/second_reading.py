@@ -244,7 +244,7 @@ def row(text: str) -> Row:
     """Return a row of the grammar.
 
     Raises:
-        ValueError: it is not one.
+        ValueError: the text does not follow the grammar.
     """
     parts = text.split(" | ")
     if len(parts) != 3:
@@ -265,7 +265,7 @@ def place(text: str) -> tuple[Place, ...]:
     """Return a place of the grammar, split into its equal parts.
 
     Raises:
-        ValueError: it is not one.
+        ValueError: the text does not follow the grammar.
     """
     found: list[Place] = []
     if match := _BITS.fullmatch(text):
