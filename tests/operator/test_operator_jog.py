@@ -1,4 +1,4 @@
-"""FB_Operator: the jog keys; the test is the robot."""
+"""FB_Operator: the jog keys; the test plays the robot."""
 
 from __future__ import annotations
 

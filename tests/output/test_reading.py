@@ -1,4 +1,4 @@
-"""Files that a user names: a special file, or a file that is too large, is never read and gives one message."""
+"""Files that a user names: a special or too large file is never read and gives one message."""
 
 from __future__ import annotations
 

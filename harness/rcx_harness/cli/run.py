@@ -485,7 +485,7 @@ def _check_panel(options: RunOptions) -> None:
         raise InputError("--panel is for a virtual controller", hint=hint)
     if not options.realtime:
         raise InputError(
-            "--panel needs the pace of the clock", hint="add --link enip --realtime, and --for 10m"
+            "--panel needs a run in real time", hint="add --link enip --realtime, and --for 10m"
         )
 
 
