@@ -1,4 +1,4 @@
-"""FB_Operator: the effect of each key, its conditions, and the messages; the test plays the robot."""
+"""FB_Operator: the effect of each key, its conditions, and messages; the test plays the robot."""
 
 from __future__ import annotations
 
