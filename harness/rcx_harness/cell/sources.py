@@ -69,7 +69,7 @@ def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
     folder = default_lib() if lib is None else Path(lib)
     if lib is not None and any(default_lib().rglob(f"{name}.st")):
         hint = (
-            f"--lib {lib} does not declare it; without --lib the library of this package is taken"
+            f"--lib {lib} does not declare it; leave out --lib to use the library in this package"
         )
     else:
         hint = (

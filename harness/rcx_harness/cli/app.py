@@ -1,4 +1,4 @@
-"""The command `rcx`: what its commands are; each is imported when it is called."""
+"""The command `rcx` with its subcommands; each is imported when it is called."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The options that say what a cell is made of, for every command that builds one."""
+"""The options of a cell, for every command that builds a cell."""
 
 from __future__ import annotations
 

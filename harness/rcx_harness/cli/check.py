@@ -1,4 +1,4 @@
-"""`rcx check`: check sources for mistakes, and for what other compilers refuse."""
+"""`rcx check`: check sources for mistakes, and for constructs that other compilers refuse."""
 
 from __future__ import annotations
 

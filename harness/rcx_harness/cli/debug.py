@@ -320,7 +320,7 @@ def _files(sources: Any) -> list[str]:
     found = [_text("sources", one) for one in _several(sources)]
     for one in found:
         if one.startswith("-"):
-            hint = f"options have keys of their own; a file of this name is ./{one}"
+            hint = f"write options as keys of the launch; for a file of this name write ./{one}"
             raise InputError(f"sources: {one} is an option, not a file", hint=hint)
     return found
 

@@ -182,7 +182,7 @@ class RunOptions(CellOptions):
 
     @property
     def live(self) -> bool:
-        """At the pace of the clock, over a network that has jitter of its own."""
+        """In real time, over a network with its own jitter."""
         return self.realtime or self.connect is not None
 
     def where(self) -> Elsewhere | None:
@@ -488,7 +488,7 @@ def _check_panel(options: RunOptions) -> None:
         raise InputError("--panel is for a virtual controller", hint=hint)
     if not options.realtime:
         raise InputError(
-            "--panel needs the pace of the clock", hint="add --link enip --realtime, and --for 10m"
+            "--panel needs a run in real time", hint="add --link enip --realtime, and --for 10m"
         )
 
 

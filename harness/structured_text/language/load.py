@@ -212,7 +212,7 @@ def _instance(
         raise declared.error(
             f"{kind.text} is used by its name, and has the instances {others[0]} and {name.text}",
             name.at,
-            "only a program with one instance can be",
+            "use a program with a single instance",
         )
     return pou.block
 

@@ -217,7 +217,7 @@ class Methods:
             return
         names = self._objects.names(kind)
         text = f"{kind.name} has no method {callee.name.text}"
-        hint = f"it has {', '.join(names[:8])}" if names else ""
+        hint = f"use {', '.join(names[:8])}" if names else ""
         raise self._scope.error(text, callee.name.at, hint)
 
     def call(
@@ -286,7 +286,7 @@ class Methods:
                 raise self._scope.error(
                     f"{method.name} has no {kind} {argument.name.text if argument.name else key}",
                     argument.at,
-                    f"it has {', '.join(names)}" if names else "",
+                    f"use {', '.join(names)}" if names else "",
                 )
             if key in given:
                 raise self._scope.error(f"{pins[key].name} is given twice", argument.at)

@@ -132,7 +132,8 @@ class Registry:
         key = node.name.key
         earlier = self.types.get(key) or self.pous.get(key) or self.interfaces.get(key)
         if earlier is not None:
-            hint = f"it is also declared in {earlier.file.name}, line {earlier.node.name.at.line}"
+            place = f"{earlier.file.name}, line {earlier.node.name.at.line}"
+            hint = f"remove this one or the one in {place}"
             self._report(declared.error(f"{node.name.text} is declared twice", node.name.at, hint))
         elif key in CORE:
             self._report(

@@ -184,7 +184,7 @@ def check_library(folder: Path) -> None:
     if not folder.is_dir():
         raise InputError(
             f"--lib {folder} is not a folder",
-            hint="it is the folder of the library; without --lib that of this package is taken",
+            hint="name a folder, or leave out --lib to use the library in this package",
         )
 
 
