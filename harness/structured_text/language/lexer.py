@@ -96,6 +96,9 @@ _UNSUPPORTED = {
 #: Text behind such a word if it is the keyword and not a variable of that name.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
 
+#: Text behind an ACTION that is the keyword: its name and a colon.
+_ACTION_NAME = re.compile(r"\s+[A-Z_]\w*\s*:(?!=)", re.IGNORECASE)
+
 #: A token with the white space before it.
 _PATTERN = re.compile(
     r"""\s*(?:
@@ -225,7 +228,7 @@ class _Lexer:
                 if special:
                     kind = special
                 elif word in KEYWORDS and word not in OBJECT_WORDS:
-                    kind = self._keyword(word)
+                    kind = self._keyword(word, behind)
                 if self._is_access(word, behind):
                     self._note("an access specifier", offset)
                     continue
@@ -278,11 +281,13 @@ class _Lexer:
         line = bisect_right(self._starts, offset)
         return self._starts[line] - 1 if line < len(self._starts) else len(self._text)
 
-    def _keyword(self, word: str) -> str:
+    def _keyword(self, word: str, behind: int) -> str:
         """Return the kind of a word that is a keyword in some places."""
         if word in _OF_CONFIGURATIONS and not self._configuration:
             return "IDENT"
         if self._previous == "DOT":
+            return "IDENT"
+        if word == "ACTION" and not _ACTION_NAME.match(self._text, behind):
             return "IDENT"
         if word == "CASE":
             self._cases += 1

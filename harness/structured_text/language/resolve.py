@@ -566,8 +566,9 @@ class Types:
         error = where.error(f"this is not an initial value for a {describe(kind)}", node.at)
         data = isinstance(kind, (ArrayType, StructType)) and later is not None
         if data and isinstance(node, (s.Name, s.Field, s.Index, s.Dereference, s.Call, s.Invoke)):
-            at = {"line": error.line, "column": error.column}
-            raise NotConstantError(error.message, file=error.file, **at)
+            raise NotConstantError(
+                error.message, file=error.file, line=error.line, column=error.column
+            )
         raise error
 
     def _plain_value(self, kind: Type) -> Any:
