@@ -8,7 +8,7 @@ from dataclasses import replace
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
-from structured_text.language.calls import block_arguments, pin_of
+from structured_text.language.calls import ENABLING, block_arguments, enabling, pin_of
 from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
 from structured_text.language.functions import same_text
@@ -20,7 +20,7 @@ from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from structured_text.language.standard import BLOCKS, reserved
-from structured_text.language.starting import Start, start_calls, starting
+from structured_text.language.starting import Start, start_calls, start_of, starting
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -33,11 +33,12 @@ from structured_text.language.types import (
     type_name,
 )
 from structured_text.language.values import describe
-from structured_text.language.walk import root_of
+from structured_text.language.walk import nodes, root_of
 from structured_text.language.widening import widens
 
 __all__ = ["check_body", "check_start", "root_of"]
 
+_QUERIES = ("__QUERYINTERFACE", "__QUERYPOINTER")
 #: Deepest nesting of statements and of loops. Python limits the depth of generated code.
 _MOST_NESTED, _MOST_LOOPS = 64, 16
 
@@ -51,6 +52,9 @@ def check_body(
     """
     statements = _Statements(scope, report)
     scope.pou.body = statements.block(body)
+    for one in nodes(scope.pou.body):
+        if isinstance(one, t.Assigned) and (root := root_of(one.target)) is not None:
+            statements.assigned.add(root)
     result = scope.pou.result
     is_function = scope.pou.kind == "FUNCTION"
     if is_function and result is not None and result not in statements.assigned:
@@ -89,7 +93,7 @@ class _Statements:
         self._expressions = ExpressionChecker(scope)
         self._calls = _BlockCalls(self._expressions)
         self._loops = self._depth = 0
-        # Nodes made here: they must stay alive, because `ExpressionChecker` caches by `id`.
+        # Nodes created here must stay alive, because `ExpressionChecker` caches by `id`.
         self._made: list[s.Expression] = []
         self.assigned: set[t.Symbol] = set()
 
@@ -120,6 +124,12 @@ class _Statements:
         """Return a statement as one or several checked statements."""
         if isinstance(node, s.AssignChain):
             return self._chain(node)
+        if isinstance(node, (s.Assign, s.CallStatement)):
+            if isinstance(node, s.Assign) and self._is_new(node.value):
+                return self._new(node)
+            enabled = self._enabled(node)
+            if enabled is not None:
+                return enabled
         if isinstance(node, s.CallStatement):
             return self._call(node)
         if isinstance(node, Start):
@@ -146,12 +156,88 @@ class _Statements:
             return t.Repeat(self._loop(node.body), self._condition(node.condition), node.at)
         if isinstance(node, s.Exit):
             if not self._loops:
-                raise self._scope.error("EXIT outside a loop", node.at)
+                raise self._scope.error("EXIT stands outside a loop", node.at)
             return node
         if isinstance(node, s.Continue) and not self._loops:
-            raise self._scope.error("CONTINUE outside a loop", node.at)
+            raise self._scope.error("CONTINUE stands outside a loop", node.at)
         assert isinstance(node, (s.Return, s.Continue))
         return node
+
+    def _is_new(self, node: s.Expression) -> bool:
+        known = self._scope.declarations.pous
+        return isinstance(node, s.Call) and node.function.key == "__NEW" and "__NEW" not in known
+
+    def _new(self, node: s.Assign) -> list[t.Statement]:
+        """Return the assignment of a new variable, and the call of its `INIT` with arguments."""
+        assert isinstance(node.value, s.Call)
+        target = self._expressions.place(node.target)
+        self._write(target)
+        pointer, given = self._expressions.references.made(node.value, target.type)
+        found: list[t.Statement] = [t.Assign(target, pointer, node.at)]
+        kind = pointer.made if isinstance(pointer, t.New) else None
+        starter = None
+        if isinstance(kind, BlockType):
+            starter = self._scope.declarations.objects.starter(kind.name.upper())
+        if given is None and starter is None:
+            return found
+        if not isinstance(kind, BlockType):
+            raise self._scope.error(f"{describe(target.type)} takes no arguments", node.at)
+        instance = t.Deref(target, kind)
+        calls = start_of(kind, instance, given or (), node.at, self._expressions)
+        made = t.Same("<>", target, t.Null(target.type), BOOL)  # 0 if there is no memory
+        return [*found, t.If(((made, tuple(calls)),), (), node.at)]
+
+    def _enabled(self, node: s.Assign | s.CallStatement) -> list[t.Statement] | None:
+        """Return a call with EN or ENO as an IF; None for a statement without them.
+
+        If EN is FALSE, the call is not executed: all outputs, and the target of the result, keep
+        their values, and ENO is FALSE. After an executed call ENO is TRUE.
+        """
+        call = node.value if isinstance(node, s.Assign) else node
+        if not isinstance(call, (s.Call, s.Invoke, s.CallStatement)):
+            return None
+        if all(one.name is None or one.name.key not in ENABLING for one in call.arguments):
+            return None
+        found = enabling(call, self._pins(call), self._scope)
+        if not found:
+            return None
+        self._scope.note("EN or ENO", next(iter(found.values())).at)
+        rest = tuple(one for one in call.arguments if one not in found.values())
+        plain = replace(call, arguments=rest)
+        inner = replace(node, value=plain) if isinstance(node, s.Assign) else plain
+        self._made.append(inner)  # type: ignore[arg-type]
+        condition = self._condition(found["EN"].value) if "EN" in found else None
+        then = [*self._lowered(inner), *self._flag(found.get("ENO"), "TRUE")]  # type: ignore[arg-type]
+        if condition is None:
+            return then
+        otherwise = tuple(self._flag(found.get("ENO"), "FALSE"))
+        return [t.If(((condition, tuple(then)),), otherwise, node.at)]
+
+    def _flag(self, argument: s.Argument | None, value: str) -> list[t.Statement]:
+        """Return the assignment of ENO to its target, if it has one."""
+        if argument is None:
+            return []
+        literal = s.Literal("BOOLEAN", value, argument.at)
+        self._made.append(literal)
+        if not isinstance(argument.value, (*PLACES, s.Part)):
+            raise self._scope.error("ENO needs a variable", argument.at)
+        return [self._assign(argument.value, literal, argument.at)]
+
+    def _pins(self, call: s.Call | s.Invoke | s.CallStatement) -> frozenset[str]:
+        """Return the upper-case names of the variables of what is called."""
+        callee = call.function if isinstance(call, s.Call) else call.callee
+        callee = self._expressions.methods.bare(callee)
+        method = self._expressions.methods.called(callee)
+        if method is not None:
+            return frozenset(method[1].symbols)
+        if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
+            pou = self._scope.declarations.pous.get(callee.key)
+            return frozenset(pou.symbols if pou is not None else ())
+        if not isinstance(callee, PLACES) or isinstance(call, (s.Call, s.Invoke)):
+            return frozenset()
+        kind = self._expressions.variable(callee).type
+        pins = kind.variables if isinstance(kind, BlockType) else ()
+        return frozenset(pin.name.upper() for pin in pins)
 
     def _condition(self, node: s.Expression) -> t.Expression:
         return self._expressions.check(node, BOOL)
@@ -256,6 +342,12 @@ class _Statements:
         node = replace(node, callee=callee)
         if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
             pou = self._scope.declarations.pous.get(callee.key)
+            if pou is None and callee.key == "__DELETE":
+                return [t.Evaluate(self._expressions.references.deleted(node), node.at)]
+            if pou is None and callee.key in ("__NEW", *_QUERIES):
+                asked = s.Call(callee, node.arguments, node.at)
+                self._made.append(asked)
+                return [t.Evaluate(self._expressions.check(asked, None), node.at)]
             if pou is not None and pou.kind == "FUNCTION":
                 if pou.result is not None:
                     self._scope.note("a result that is not used", node.at)
@@ -344,10 +436,21 @@ class _Statements:
             )
         start = self._expressions.check(node.start, kind)
         end = self._expressions.check(node.end, kind)
-        step = self._expressions.check(node.step, kind) if node.step else t.Constant(1, kind)
+        step = self._step(node.step, kind) if node.step else t.Constant(1, kind)
         if isinstance(step, t.Constant) and step.value == 0:
-            raise self._scope.error("a step of 0 never ends", node.at)
+            raise self._scope.error("a FOR loop with a step of 0 never ends", node.at)
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
+
+    def _step(self, node: s.Expression, kind: Type) -> t.Expression:
+        """Return the step of a FOR. A counter without a sign may count down, too."""
+        found = self._expressions.fold(node)
+        value = found.value if found is not None and not found.typed else 0
+        if isinstance(value, int) and value < 0 and INT_RANGE[type_name(kind)][0] == 0:
+            if -value > INT_RANGE[type_name(kind)][1]:
+                raise self._scope.error(f"a step of {value} leaves {describe(kind)}", node.at)
+            self._scope.note("a negative step of an unsigned counter", node.at)
+            return t.Constant(value, kind)
+        return self._expressions.check(node, kind)
 
     def _case(self, node: s.Case) -> t.Case:
         kind = self._expressions.infer(node.selector) or ELEMENTARY["DINT"]

@@ -161,6 +161,11 @@ class Statements(Transformer[Token, Any]):
     def return_(self, word: Token, _end: Token) -> s.Return:
         return s.Return(position_of(word))
 
+    def return_if(self, word: Token, _left: Token, condition: s.Expression, *_: Any) -> s.If:
+        at = position_of(word)
+        self.note("RETURN with a condition", at)
+        return s.If(((condition, (s.Return(at),)),), (), at)
+
     def continue_(self, word: Token, _end: Token) -> s.Continue:
         self.note("CONTINUE", position_of(word))
         return s.Continue(position_of(word))
@@ -223,6 +228,10 @@ class Statements(Transformer[Token, Any]):
         while waiting:
             _join(operands, waiting.pop())
         return operands[0]
+
+    def assigned(self, target: s.Variable, _is: Token, value: s.Expression) -> s.Assigned:
+        self.note("an assignment in an expression", target.at)
+        return s.Assigned(target, value, target.at)
 
     def unary(self, op: Token, operand: s.Expression) -> s.Unary:
         return s.Unary(op.upper(), operand, position_of(op))

@@ -58,7 +58,7 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
     """
     if node.kind != "STRING" and "'" not in node.text and len(node.text) > _LONGEST:
         raise where.error(
-            f"a literal of {len(node.text)} characters: {node.text[:20]}...",
+            f"the literal has {len(node.text)} characters: {node.text[:20]}...",
             node.at,
             "no type holds such a value",
         )
@@ -81,6 +81,8 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
             kind, value = typed_literal(node.text)
             if kind.name not in CORE:
                 where.note(_THIRD, node.at, kind.name)
+            if kind.name == "LTIME" and int(value) >= 1 << 63:
+                where.note("an LTIME of more than 292 years", node.at)
             return Constant(value, kind, True)
         value = number(node.text)
         name = "LREAL" if isinstance(value, float) else "LINT"

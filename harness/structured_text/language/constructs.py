@@ -68,6 +68,14 @@ _TRANSLATED = {
     "a standard block of the third edition": "use a block of the second edition",
     "a standard function beyond the second edition": "use one of the second edition",
     "a standard function of dates or BCD": "use operators, or calculate it",
+    "a number with 10#": "leave 10# out",
+    "a text over several lines": "write $N for each line end",
+    "a name with letters beyond ASCII": "use A to Z, digits and _",
+    "RETURN with a condition": "use IF and RETURN",
+    "the type BIT": "use BOOL",
+    "EN or ENO": "use IF",
+    "a negative step of an unsigned counter": "use a signed counter, or WHILE",
+    "a source in Windows-1252": "save the file as UTF-8",
     "another name of a pin": "use the name of the second edition",
 }
 TRANSLATED = frozenset(_TRANSLATED)
@@ -124,7 +132,13 @@ CONSTRUCTS = _TRANSLATED | {
     "a character of a text by its number": "use MID",
     "a NAMESPACE": "write the name without it",
     f"arguments of {INIT}": "give them as inputs of the call",
+    "ANY": "write a function for each type",
+    "__QUERYINTERFACE or __QUERYPOINTER": "declare a variable of the interface that you need",
+    "__NEW or __DELETE": "declare the variable",
+    "a program of _INIT and _CYCLIC": "write one PROGRAM, and begin with IF in the first scan",
     "CONTINUE": "use IF",
+    "an LTIME of more than 292 years": "use a shorter one",
+    "an assignment in an expression": "assign in a statement before",
     "AND_THEN or OR_ELSE": "use IF inside IF",
     "a member of a call's result": "assign the result to a variable first",
     "a written output of a block": "write it inside the block",
@@ -153,7 +167,7 @@ class Use:
 
     @property
     def instead(self) -> str:
-        """Return what to write instead."""
+        """Return the portable alternative for the message."""
         return _DETAILS.get(str(self), CONSTRUCTS[self.construct])
 
 

@@ -18,7 +18,7 @@ from structured_text.language.objects import INIT
 from structured_text.language.parser import CLASS
 from structured_text.language.registry import Declared, Registry
 from structured_text.language.resolve import Types
-from structured_text.language.scalars import WIDTH
+from structured_text.language.scalars import BOOL, WIDTH
 from structured_text.language.sizes import size_of
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import (
@@ -242,7 +242,17 @@ class Declarations(Types):
                 Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
                 for name in node.names
             ]
-        kind, initial = self.resolve(node.spec, where, owner)
+        places = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
+        in_block = pou == "FUNCTION_BLOCK" and section.kind in places
+        generic = None
+        if section.kind == "VAR_INPUT" and pou in ("FUNCTION", "METHOD", "FUNCTION_BLOCK"):
+            generic = self.any_type(node.spec, where)
+        if in_block and self.is_bit(node.spec, where):
+            kind, initial = BOOL, False
+        elif generic is not None:
+            kind, initial = generic
+        else:
+            kind, initial = self.resolve(node.spec, where, owner)
         constant_section, calculated = section.qualifier == "CONSTANT", False
         parts: tuple[Part, ...] = ()
         if constant_section and section.kind == "VAR_IN_OUT":
@@ -407,7 +417,7 @@ class Declarations(Types):
                 "declare it in VAR of the PROGRAM or VAR_GLOBAL",
             )
         if len(node.names) > 1:
-            raise where.error("one address for several variables", node.at)
+            raise where.error("one address cannot belong to several variables", node.at)
         if _is_record(kind) and parts[2] != "X" and "." not in parts[3]:
             where.note("a located structure", node.address.at)
             return text
@@ -502,7 +512,7 @@ class Scope:
         if known is None:
             known = self.declarations.global_symbol(key)
             assert known is not None
-            self.pou.symbols[f" {key}"] = known  # with a blank, as no name of the source has one
+            self.pou.symbols[f" {key}"] = known  # no name of a source has a blank
         return known
 
 

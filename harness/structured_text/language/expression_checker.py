@@ -39,6 +39,7 @@ from structured_text.language.scalars import (
     WIDTH,
 )
 from structured_text.language.standard import pin_name
+from structured_text.language.system import GROUPS
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -207,6 +208,9 @@ class ExpressionChecker:
 
         Raise InputError if the enumeration has no such member.
         """
+        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
+            plain = self.methods.bare(node.base)
+            node = s.Field(plain, node.name, node.at)
         if not isinstance(node, s.Field) or not isinstance(node.base, s.Name):
             return None
         kind = self.scope.declarations.type_named(node.base.key)
@@ -271,6 +275,9 @@ class ExpressionChecker:
         lacks = here is not None and self.scope.registry.incomplete(here.name.upper())
         if lacks or node.key in self.scope.declarations.broken:
             return ConsequenceError(f"{node.text} is not declared")
+        if "_INIT_DONE" in (self.scope.block or self.scope.pou).symbols:
+            hint = "name its .var file, too, or the folder of the task"
+            return self.scope.error(f"{node.text} is not declared", node.at, hint)
         symbols = [symbol.name for symbol in self.scope.pou.symbols.values()]
         return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))
 
@@ -348,6 +355,8 @@ class ExpressionChecker:
                     f"an index must be an integer, not a {describe(index_type)}", index.at
                 )
             found = self.check(index, index_type)
+            if self.operators.is_short(index_type) and isinstance(index, (s.Binary, s.Unary)):
+                found = self.operators.lengthened(index)
             if (
                 isinstance(found, t.Constant)
                 and not kind.open
@@ -382,6 +391,10 @@ class ExpressionChecker:
             return self.infer(plain) if plain is not None else self.invoked(node).type
         if isinstance(node, PLACES):
             return self.variable(node).type
+        if isinstance(node, s.TypeName):
+            raise self.scope.error("a type cannot stand here", node.at, "name a variable")
+        if isinstance(node, s.Assigned):
+            return self._place_of(node).type
         if isinstance(node, s.Unary):
             inner = self.infer(node.operand)
             return inner if node.op == "NOT" or inner is None else self.operators.number(inner)
@@ -401,6 +414,15 @@ class ExpressionChecker:
             return self.operators.moment_type(node.op, left, right)
         return self.operators.operand_type(node.op, node.left, node.right, None)
 
+    def _place_of(self, node: s.Assigned) -> t.Variable:
+        """Return the target of an assignment inside an expression, or raise InputError."""
+        hint = "assign it in a statement of its own"
+        if isinstance(node.target, s.Part):
+            raise self.scope.error("a bit is not assigned inside an expression", node.at, hint)
+        if isinstance(node.target, PLACES) and self.methods.setter(node.target) is not None:
+            raise self.scope.error("a property is not assigned inside an expression", node.at, hint)
+        return self.writable(node.target)
+
     def _enumeration(self, node: s.Name) -> Type | None:
         owners = self.scope.registry.members.get(node.key, [])
         if not owners:
@@ -414,6 +436,8 @@ class ExpressionChecker:
         """
         if isinstance(want, (ReferenceType, InterfaceType)):
             return self.references.wanted(node, want)
+        if isinstance(want, StructType) and (want.name in GROUPS or want.name == "AnyType"):
+            return self.references.generic(node, want)
         key = id(node), type_name(want)
         known = self._checked.get(key)
         if known is not None and (want is None or key[1]):
@@ -443,6 +467,10 @@ class ExpressionChecker:
         """Return the call of a conversion, or the converted constant."""
         return self.fitting.converted(found, want)
 
+    def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
+        """Return an expression in the required type, or raise InputError; see `Fitting`."""
+        return self.fitting.fitted(found, want, node)
+
     def _typed(self, node: s.Expression, want: Type | None) -> t.Expression:
         if isinstance(node, s.Name) and not self.is_variable(node):
             return self._member_of_enumeration(node, want)
@@ -459,6 +487,11 @@ class ExpressionChecker:
             return self._call(plain, want) if plain is not None else self.invoked(node)
         if isinstance(node, PLACES):
             return self.variable(node)
+        if isinstance(node, s.TypeName):
+            raise self.scope.error("a type cannot stand here", node.at, "name a variable")
+        if isinstance(node, s.Assigned):
+            target = self._place_of(node)
+            return t.Assigned(target, self.check(node.value, target.type), target.type)
         folded = self.fold(node)
         if folded is not None:
             if folded.typed:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,13 +21,23 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.bodies import check_body, check_start
 from structured_text.language.compiling import deeply, uncollected
+from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
+from structured_text.language.dialects import Dialect, dialect_of, rules_of
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
+from structured_text.language.phases import joined
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
-from structured_text.language.registry import ConsequenceError, Declared, Registry, base_name
+from structured_text.language.registry import (
+    ConsequenceError,
+    Declared,
+    Registry,
+    base_name,
+    last_name,
+)
 from structured_text.language.scalars import TIME
-from structured_text.language.source import source_text
+from structured_text.language.source import is_narrow, source_text
+from structured_text.language.system import QUERY, system_declaration
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
 from structured_text.language.walk import parts
@@ -49,6 +59,8 @@ Read = Callable[[Path], s.Source]
 
 #: Priority of a task without one, by the standard. It is the lowest, which runs last.
 _LOWEST = 65535
+#: Longest scan of a program without a task beside tasks [us]: that of a program without any task.
+_SCAN_US = 10_000
 
 
 @dataclass(frozen=True)
@@ -132,7 +144,9 @@ def _configured(declared: Declared, registry: Registry, declarations: Declaratio
         Task(name.text, interval, priority, tuple(members[key]))
         for key, (name, interval, priority) in intervals.items()
     )
-    tick = math.gcd(*(task.interval_us for task in tasks)) if tasks else None
+    # A program without a task keeps its own pace beside the tasks: it runs in every scan.
+    own_us = [_SCAN_US] if free else []
+    tick = math.gcd(*(task.interval_us for task in tasks), *own_us) if tasks else None
     runs = [
         ScheduledInstance(instance, task.interval_us // (tick or 1))
         for task in sorted(tasks, key=lambda task: task.priority)
@@ -236,7 +250,13 @@ def analyse(
 
 def read_file(path: Path) -> s.Source:
     """Parse a file as far as it can be read, and collect its errors, or raise InputError."""
-    return read_text(source_text(path), path)
+    text = source_text(path)
+    source = read_text(text, path)
+    narrow = None if text.isascii() else is_narrow(path)
+    if narrow is None:
+        return source
+    use = Use("a source in Windows-1252", path, s.Position(narrow, 1))
+    return replace(source, uses=(*source.uses, use))
 
 
 def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
@@ -278,7 +298,8 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
-    project = _resolve(sources, found, whole=not errors)
+    rules = rules_of(dialect_of(paths))
+    project = _resolve(joined(sources), found, whole=not errors, dialect=rules)
     found = _causes(found, sources)
     # Declarations in an unreadable file are unknown to the other files.
     unread = {(one.file, one.line) for one in errors}
@@ -382,11 +403,13 @@ _OF = re.compile(
 _UNKNOWN = re.compile(r"there is no |\S+ is not declared")
 
 
-def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) -> Project | None:
-    registry = Registry(sources, errors.append)
+def _resolve(
+    sources: list[s.Source], errors: list[InputError], *, whole: bool, dialect: Dialect
+) -> Project | None:
+    registry = Registry(sources, errors.append, dialect)
     ordered = registry.ordered()
     declarations = Declarations(registry, errors.append)
-    for declared in ordered:
+    for declared in (*_system_interfaces(registry), *ordered):
         if isinstance(declared.node, s.Interface):
             declarations.inheritance.add(declared.node, declared)
     for declared in ordered:
@@ -437,7 +460,27 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         objects=declarations.objects,
         uses=tuple(dict.fromkeys(registry.uses)),
         views=declarations.views,
+        dialect=dialect.name,
     )
+
+
+def _system_interfaces(registry: Registry) -> Iterator[Declared]:
+    """Yield the interface of `__SYSTEM`, if the sources use it and do not declare it."""
+    mentioned = {
+        last_name(name)
+        for one in (*registry.interfaces.values(), *registry.pous.values())
+        for name in _interfaces_of(one.node)
+    }
+    found = system_declaration(QUERY)
+    if found is not None and QUERY in mentioned and QUERY not in registry.interfaces:
+        registry.interfaces[QUERY] = found
+        yield found
+
+
+def _interfaces_of(node: s.Declaration) -> tuple[s.Name, ...]:
+    if isinstance(node, s.Interface):
+        return node.extends
+    return node.implements if isinstance(node, s.Pou) else ()
 
 
 def _check_extent(

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from structured_text.language.configured import configured_paths
 from structured_text.language.declare import Declarations
-from structured_text.language.sizes import places_of, size_of
+from structured_text.language.sizes import bits_of, places_of, size_of
 from structured_text.language.tree import Symbol
 from structured_text.language.types import (
     ArrayType,
@@ -116,8 +116,13 @@ def _leaves(area: str, start: int, path: str, kind: Type) -> Iterator[Located]:
             place = f"{path}[{','.join(map(str, indices))}]"
             yield from _leaves(area, start + k * (size or 0), place, kind.element)
     elif isinstance(kind, StructType) and size_of(kind) is not None:
-        for (name, field), offset in zip(kind.fields, places_of(kind), strict=True):
-            yield from _leaves(area, start + offset, f"{path}.{name}", field)
+        each = zip(kind.fields, places_of(kind), bits_of(kind), strict=True)
+        for (name, field), offset, bit in each:
+            inner = f"{path}.{name}"
+            if bit is not None:
+                yield Located(f"%{area}X{start + offset}.{bit}", inner, field, start + offset)
+                continue
+            yield from _leaves(area, start + offset, inner, field)
     elif isinstance(kind, ElementaryType):
         if kind.name not in _LEAVES and not _WHOLE.fullmatch(kind.name):
             return

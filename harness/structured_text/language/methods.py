@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
-from structured_text.language.calls import are_named
+from structured_text.language.calls import are_named, refuse_enabling
 from structured_text.language.checking import Checking
 from structured_text.language.references import PLACES, place_of
 from structured_text.language.registry import ConsequenceError
@@ -183,7 +183,7 @@ class Methods:
             if lacks or first.key in self._scope.declarations.broken:
                 raise ConsequenceError(f"{first.text} has an error")
             text = f"there is no variable or namespace {first.text}"
-            raise self._scope.error(text, first.at, "name its file too, or look at the spelling")
+            raise self._scope.error(text, first.at, "name its file, too, or check the spelling")
         final = isinstance(callee.base, s.This) and callee.base.above
         base = self._all.base(callee.base)
         method = self._objects.method(base.type, callee.name.key)
@@ -255,6 +255,8 @@ class Methods:
     def _arguments(
         self, node: s.Call | s.Invoke | s.CallStatement, method: t.Pou
     ) -> dict[str, s.Argument]:
+        if not isinstance(node, s.CallStatement):
+            refuse_enabling(node, method.symbols, self._scope)
         pins = {key: one for key, one in method.symbols.items() if one.section in _SECTIONS}
         order = list(pins)
         given: dict[str, s.Argument] = {}

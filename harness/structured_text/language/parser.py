@@ -25,14 +25,30 @@ from structured_text.language import cache
 from structured_text.language import syntax as s
 from structured_text.language.building import Statements, name_of, nodes_of, position_of
 from structured_text.language.constructs import refuse
+from structured_text.language.foreign import (
+    corrected,
+    not_structured_text,
+    one_for_all,
+)
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
 from structured_text.language.recovery import read_tokens
-from structured_text.language.source import source_text, title_of
+from structured_text.language.source import Extract, source_text, title_of
 from structured_text.language.words import ACCESSORS
 from structured_text.output.limits import MOST_TOKENS
 
-__all__ = ["ACTION", "CLASS", "TWO_BASES", "parse", "parse_portable", "parse_text", "read_text"]
+__all__ = [
+    "ACTION",
+    "CLASS",
+    "SHELL",
+    "TWO_BASES",
+    "parse",
+    "parse_portable",
+    "parse_text",
+    "read_text",
+]
 
+#: Name of the POU that a `.var` file of Automation Studio is read as: it has sections without one.
+SHELL = "_VARIABLES"
 #: Marker among the access words of a block that extends two blocks.
 TWO_BASES = "EXTENDS TWO"
 #: Word among the access words of an ACTION, which is a method without variables of its own.
@@ -60,13 +76,13 @@ class _Detailed:
     items: tuple[tuple[s.Expression, s.Expression | None], ...]
 
     def of_type(self, builder: _Builder) -> s.EnumSpec:
-        """Return its meaning in a TYPE: an enumeration with a base type."""
+        """Return the meaning of the brackets in a TYPE: an enumeration with a base type."""
         members = [(item, value) for item, value in self.items if isinstance(item, s.Name)]
         base = s.NamedSpec(self.name, self.name.at)
         return builder.enumeration(members, base, self.name.at)
 
     def of_variable(self) -> s.NamedSpec:
-        """Return its meaning elsewhere: a block with initial arguments."""
+        """Return the meaning of the brackets outside a TYPE: a block with initial arguments."""
         arguments = tuple(
             s.Argument(item, value, False, item.at)
             if value is not None and isinstance(item, s.Name)
@@ -338,6 +354,9 @@ class _Builder(Statements):
         )
         return s.PointerSpec(kind.upper(), self._plain(rest[-1]), position_of(kind))
 
+    def type_argument(self, spec: s.PointerSpec | s.ArraySpec) -> s.Argument:
+        return s.Argument(None, s.TypeName(spec, spec.at), False, spec.at)
+
     def namespace(self, word: Token, name: s.Name, *rest: Any) -> list[Any]:
         self.note("a NAMESPACE", position_of(word))
         found: list[Any] = [s.Namespace(name, False, position_of(word))]
@@ -434,6 +453,7 @@ class _Builder(Statements):
 #: Attributes of an enumeration that matter here.
 _ATTRIBUTE = re.compile(r"attribute\s+'(strict|to_string)'")
 _ACCESS = frozenset(("PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"))
+_START = Token("$START", "", 0, 1, 1)
 _LITERALS = ("INTEGER", "REALNUM", "STRING", "TYPED")
 #: Cached parser tables. Building them takes longer than parsing the library.
 _TABLES = "grammar.tables"
@@ -521,6 +541,16 @@ def read_text(text: str, file: Path) -> s.Source:
     found = list(islice(tokens(text, file, notes), MOST_TOKENS + 1))
     if len(found) > MOST_TOKENS:
         return s.Source(file, (), errors=(_too_many(found[-1], file),))
+    if file.suffix.lower() == ".var":
+        found = [
+            Token("PROGRAM", "PROGRAM", 0, 1, 1),
+            Token("IDENT", SHELL, 0, 1, 1),
+            *found,
+            Token.new_borrow_pos("END_PROGRAM", "END_PROGRAM", found[-1] if found else _START),
+        ]
+    if not isinstance(file, Extract) and (error := not_structured_text(found, file)):
+        return s.Source(file, (), errors=(error,))
+    found = corrected(found, file, notes.errors.append)
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     builder.entries = []
     declarations, errors = read_tokens(lark, found, file)
@@ -533,7 +563,7 @@ def read_text(text: str, file: Path) -> s.Source:
         named,
         tuple(sorted(notes.uses, key=lambda use: use.at)),
         tuple(notes.pragmas),
-        tuple(every),
+        tuple(one_for_all(every)),
         nodes_of(declarations, s.Namespace),
         len(text),
         len(found),

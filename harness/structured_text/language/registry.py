@@ -10,6 +10,7 @@ from typing import Any
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.constructs import CONSTRUCTS, Use
+from structured_text.language.dialects import IEC, Dialect, rules_of
 from structured_text.language.scalars import CORE
 from structured_text.language.standard import BLOCKS, reserved
 from structured_text.language.walk import nodes
@@ -22,7 +23,15 @@ __all__ = ["ConsequenceError", "Declared", "Registry", "base_name", "last_name"]
 _LATER = (s.PointerSpec, s.Method, s.Property)
 
 #: Vendor libraries with standard elements. Their names may stand before these elements.
-_LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
+_LIBRARIES = (
+    "__SYSTEM",
+    "STANDARD",
+    "TC2_STANDARD",
+    "TC2_SYSTEM",
+    "TC2_UTILITIES",
+    "UTIL",
+    "STANDARD64",
+)
 
 
 class ConsequenceError(InputError):
@@ -42,6 +51,11 @@ class Declared:
         """Return the file of the declaration."""
         return self.source.file
 
+    @property
+    def is_system(self) -> bool:
+        """Return whether the tool declares it, and not the user: it belongs to no file."""
+        return str(self.file) == _LIBRARIES[0]
+
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
         """Return an error in this declaration's file."""
         return InputError(message, file=self.file, line=at.line, column=at.column, hint=hint)
@@ -56,10 +70,19 @@ class Registry:
     """The types and POUs of all sources by upper-case name, and the rules for names.
 
     The registry continues after a reported error.
+
+    Attributes:
+        dialect: The rules where tools differ.
     """
 
-    def __init__(self, sources: Iterable[s.Source], report: Callable[[InputError], None]) -> None:
+    def __init__(
+        self,
+        sources: Iterable[s.Source],
+        report: Callable[[InputError], None],
+        dialect: Dialect | None = None,
+    ) -> None:
         self._report = report
+        self.dialect = dialect or rules_of(IEC)
         self.types: dict[str, Declared] = {}
         self.pous: dict[str, Declared] = {}
         self.interfaces: dict[str, Declared] = {}
@@ -98,7 +121,7 @@ class Registry:
                 other = self.configuration
                 self._report(
                     declared.error(
-                        "a second CONFIGURATION",
+                        "there is a second CONFIGURATION",
                         node.name.at,
                         f"the first is in {other.file}, line {other.node.at.line}; give the files "
                         "of one program only",
@@ -138,7 +161,7 @@ class Registry:
                         file=source.file,
                         line=space.at.line,
                         column=space.at.column,
-                        hint="name its file too, or look at the spelling",
+                        hint="name its file, too, or check the spelling",
                     )
                 )
 
@@ -186,10 +209,10 @@ class Registry:
         done: dict[str, bool] = {}
         levels: dict[str, int] = {}
         too_deep: list[Declared] = []
-        result: list[Declared] = list(self.interfaces.values())
+        result = [one for one in self.interfaces.values() if not one.is_system]
 
         # Depth-first search. `done` is False for a declaration while its dependencies are visited,
-        # and True afterwards. To meet one that is False means that it uses itself. `levels` is the
+        # and True afterwards. A dependency that is still False uses itself. `levels` is the
         # length of the longest chain of dependencies, which the limit applies to, and the length
         # of `path` bounds the recursion.
         def visit(declared: Declared, path: tuple[str, ...]) -> None:

@@ -13,7 +13,7 @@ from ctypes import c_float
 from dataclasses import replace
 from typing import Any
 
-from structured_text.errors import InputError
+from structured_text.errors import InputError, did_you_mean, similar
 from structured_text.language import syntax as s
 from structured_text.language.constants import NotConstantError, constant, evaluate, member
 from structured_text.language.extent import Extents
@@ -24,13 +24,16 @@ from structured_text.language.scalars import (
     ANY_INT,
     ANY_REAL,
     ANY_STRING,
+    BOOL,
     CORE,
     ELEMENTARY,
     INT_RANGE,
     LONGEST_STRING,
+    STRING_MAX,
 )
 from structured_text.language.sizes import size_of
 from structured_text.language.standard import BLOCKS, UNSUPPORTED, conversion, reserved
+from structured_text.language.system import ANY_TYPE, GROUPS, system_declaration
 from structured_text.language.tree import Constant, Pou, Symbol
 from structured_text.language.types import (
     ArrayType,
@@ -118,8 +121,10 @@ class Types:
 
     def type_named(self, key: str) -> Type | None:
         """Return the type of the sources with this upper-case name; None without one."""
-        if key not in self.types and key in self.registry.types:
-            declared = self.registry.types[key]
+        declared = self.registry.types.get(key)
+        if declared is None and key not in self.registry.pous:
+            declared = system_declaration(key)
+        if key not in self.types and declared is not None:
             assert isinstance(declared.node, s.TypeDecl)
             self.add_type(declared.node, declared)
         return self.types.get(key)
@@ -143,7 +148,7 @@ class Types:
         seen: set[str] = set()
         for one in spec.members:
             if one.key in seen:
-                raise where.error(f"{one.text} is a member twice", one.at)
+                raise where.error(f"the member {one.text} is declared twice", one.at)
             if reserved(one.key) or one.key in (*self.registry.types, *self.registry.pous):
                 where.note("a variable called as something else", one.at)
             seen.add(one.key)
@@ -178,6 +183,7 @@ class Types:
     ) -> tuple[Type, Any]:
         fields: list[tuple[str, Type]] = []
         seen: set[str] = set()
+        bits: set[str] = set()
         values: dict[str, Any] = {}
         if base is not None:
             known = self.type_named(last_name(base))
@@ -187,18 +193,21 @@ class Types:
                 raise where.error(f"{base.text} is not a structure of these sources", base.at)
             self.extended[name.upper()] = last_name(base)
             fields += known.fields
+            bits |= known.bits
             seen.update(field.upper() for field, _ in fields)
             values.update(self.initial[last_name(base)])
         for declaration in spec.fields:
             owner = f"{name}_{declaration.names[0].text}"
-            kind, initial = self.resolve(declaration.spec, where, owner)
+            bit = self.is_bit(declaration.spec, where)
+            kind, initial = (BOOL, False) if bit else self.resolve(declaration.spec, where, owner)
+            bits |= {field.key for field in declaration.names if bit}
             if has_block(kind):
                 where.note("a block in a structure", declaration.at)
             if declaration.initial is not None:
                 initial = self.initial_value(declaration.initial, kind, where, initial)
             for field in declaration.names:
                 if field.key in seen:
-                    raise where.error(f"{field.text} is a field twice", field.at)
+                    raise where.error(f"the field {field.text} is declared twice", field.at)
                 seen.add(field.key)
                 fields.append((field.text, kind))
                 if spec.union:
@@ -208,15 +217,36 @@ class Types:
         if spec.union and len(values) > 1:
             raise where.error("more than one field of a UNION has an initial value", spec.at)
         self.views = self.views or spec.union
-        kind = StructType(name, tuple(fields), spec.union)
+        kind = StructType(name, tuple(fields), spec.union, frozenset(bits))
         self.extents.check(kind, name, where, spec.at)
         return kind, values
+
+    def any_type(self, spec: s.TypeSpec, where: Declared) -> tuple[Type, Any] | None:
+        """Return type and initial value of an input that is ANY or ANY_INT; None for others."""
+        key = spec.name.key if isinstance(spec, s.NamedSpec) else ""
+        if key not in GROUPS or key in self.registry.types:
+            return None
+        where.note("ANY", spec.at, key)
+        kind = self.type_named(ANY_TYPE)
+        assert isinstance(kind, StructType)
+        named = kind if key == "ANY" else replace(kind, name=key)
+        self.types[key], self.initial[key] = named, self.initial[ANY_TYPE]
+        self.views = True
+        return named, self.initial[ANY_TYPE]
+
+    def is_bit(self, spec: s.TypeSpec, where: Declared) -> bool:
+        """Return whether a field, or a variable of a block, is a BIT; note it."""
+        found = isinstance(spec, s.NamedSpec) and spec.name.key == "BIT"
+        if not found or "BIT" in self.registry.types:
+            return False
+        where.note("the type BIT", spec.at)
+        return True
 
     @staticmethod
     def _check_overlaid(kind: Type, node: s.VarDecl, where: Declared) -> None:
         if has_address(kind):
             text = f"a field of a UNION cannot be a {describe(kind)}"
-            raise where.error(text, node.at, "only data lies in one memory with other data")
+            raise where.error(text, node.at, "use a STRUCT for it")
 
     def derives(self, have: Type, want: Type) -> bool:
         """Return whether a structure extends another one, directly or indirectly."""
@@ -288,6 +318,8 @@ class Types:
             kind = ELEMENTARY[key]
             if key not in CORE:
                 where.note("a type of the third edition", spec.at, kind.name)
+            if key in ANY_STRING and self.registry.dialect.text != STRING_MAX:
+                kind = ElementaryType(key, self.registry.dialect.text)
             return kind, default_scalar(kind)
         if key in BLOCKS and key not in self.registry.pous:
             self.blocks.setdefault(key, BLOCKS[key])
@@ -302,11 +334,18 @@ class Types:
                 return self.blocks[key], None
         if key in self.registry.types or declared is not None:
             raise ConsequenceError(f"the declaration of {name} has an error")
+        if key in GROUPS:
+            text = f"{key} is for inputs of functions, methods and function blocks only"
+            raise where.error(text, spec.at, "write the type")
+        if key == "BIT":
+            text = "BIT is for fields of a structure and variables of a function block only"
+            raise where.error(text, spec.at, "use BOOL")
         if key in UNSUPPORTED:
             raise where.error(f"the block {name} is not supported", spec.at)
-        raise where.error(
-            f"there is no type {name}", spec.at, "name its file too, or look at the spelling"
-        )
+        own = [*self.registry.types.values(), *self.registry.pous.values()]
+        names = [*(one.node.name.text for one in own), *ELEMENTARY, *BLOCKS]
+        hint = did_you_mean(similar(name, names)) or "name its file, too, or check the spelling"
+        raise where.error(f"there is no type {name}", spec.at, hint)
 
     def _nameless(
         self, spec: s.EnumSpec | s.StructSpec, where: Declared, owner: str
@@ -349,6 +388,10 @@ class Types:
 
     def lookup(self, node: s.Expression) -> Constant | None:
         """Return the constant of a name, path or call; None if it is not a constant."""
+        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
+            inner = node.base
+            if isinstance(inner.base, s.Name) and inner.base.key in self.registry.namespaces:
+                node = s.Field(inner.name, node.name, node.at)
         if isinstance(node, s.Field) and isinstance(node.base, s.Name):
             kind = self.type_named(node.base.key)
             if isinstance(kind, EnumType):
@@ -536,7 +579,9 @@ class Types:
             values = list(default)
             items = self._items(node.items, kind, where)
             if len(items) > len(values):
-                raise where.error(f"{len(items)} values for {len(values)} elements", node.at)
+                raise where.error(
+                    f"{len(items)} values are given for {len(values)} elements", node.at
+                )
             for position, item in enumerate(items):
                 if item is not None:
                     inner = later and later.element(kind, position)
@@ -636,7 +681,7 @@ def _constant_of(symbol: Symbol) -> Constant | None:
 def is_null(node: Any) -> bool:
     """Return whether an expression is 0 or NULL."""
     if isinstance(node, s.Literal):
-        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#")
+        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#", "10#")
     return isinstance(node, s.Name) and node.key == "NULL"
 
 

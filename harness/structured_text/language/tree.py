@@ -19,6 +19,7 @@ from structured_text.language.types import BlockType, ReferenceType, Type
 __all__ = [
     "Address",
     "Assign",
+    "Assigned",
     "Binary",
     "CallBase",
     "CallBlock",
@@ -26,16 +27,20 @@ __all__ = [
     "CallMethod",
     "Case",
     "Constant",
+    "Delete",
     "Deref",
     "Evaluate",
     "Expression",
     "For",
+    "Generic",
     "If",
     "Index",
     "Member",
+    "New",
     "Null",
     "Offset",
     "Pou",
+    "Query",
     "Recast",
     "Repeat",
     "Same",
@@ -168,6 +173,15 @@ class Standard:
     type: Type
 
 
+@dataclass(frozen=True)
+class Assigned:
+    """An assignment inside an expression; its value is that of the target afterwards."""
+
+    target: Variable
+    value: Expression
+    type: Type
+
+
 # Object orientation and references: only the built-in engine runs these nodes.
 
 
@@ -265,6 +279,50 @@ class Same:
     type: Type
 
 
+@dataclass(frozen=True)
+class Generic:
+    """The argument of an input that is ANY: pointer to a variable, its class and size [bytes]."""
+
+    pointer: Expression
+    number: int
+    size: int
+    type: Type
+
+
+@dataclass(frozen=True)
+class Query:
+    """The test whether the block of an interface is one of `blocks`, by upper-case name.
+
+    If it is, the target becomes that block, or a pointer to it. If not, the target becomes 0.
+    """
+
+    source: Expression
+    target: Variable
+    blocks: tuple[str, ...]
+    type: Type
+
+
+@dataclass(frozen=True)
+class New:
+    """A pointer to a variable made while the program runs, or to `count` variables in a row.
+
+    `made` is the type of the variable, `initial` its initial value.
+    """
+
+    made: Type
+    initial: Any
+    count: Expression | None
+    type: ReferenceType
+
+
+@dataclass(frozen=True)
+class Delete:
+    """The end of a variable made by `New`; the pointer becomes 0."""
+
+    pointer: Variable
+    type: Type
+
+
 Variable = Use | Member | Index | This | CallMethod | Deref
 Expression = (
     Constant
@@ -279,6 +337,11 @@ Expression = (
     | Null
     | Valid
     | Same
+    | Assigned
+    | Generic
+    | Query
+    | New
+    | Delete
 )
 
 
@@ -414,7 +477,7 @@ class Pou:
     calls: set[str] = field(default_factory=set)
     """Upper-case names of the functions of the sources that this POU calls."""
     clock: bool = False
-    """Whether this POU reads the time."""
+    """Whether this POU reads the time, or makes variables while it runs."""
     at: Position = _FIRST
     copied: set[str] = field(default_factory=set)
     """Upper-case names of VAR_INPUT that a function writes."""

@@ -85,12 +85,14 @@ class ArrayType:
 class StructType:
     """A structure with its fields in order of declaration and names as declared.
 
-    `union` is true if all fields lie at the same place.
+    `union` is true if all fields lie at the same place. `bits` are the upper-case names of the
+    fields of the type BIT: they are BOOL, but up to eight in a row share a byte.
     """
 
     name: str
     fields: tuple[tuple[str, Type], ...]
     union: bool = False
+    bits: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context"]
+__all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context", "is_soft"]
 
 #: Words that can stand before the name of a method, property, block or interface.
 ACCESS_WORDS = frozenset(
@@ -17,7 +17,7 @@ ACCESS_WORDS = frozenset(
 ACCESSORS = ("GET", "SET", "END_GET", "END_SET")
 
 _TO = re.compile(r"\s+TO\b", re.IGNORECASE)
-_NAME = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
+_NAME = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 _MEMBER = re.compile(r"\s*[.^]|\s*[;,)]")
 _END = re.compile(r"(?!\s*[:,)])")
 #: Text that follows each word where it is a keyword.
@@ -43,8 +43,34 @@ _OF_SECTIONS = frozenset(
 _NOT_USED = re.compile(r"(?!\s*(?:[:.,\[;^=<>+*-]|\((?!\*)|/(?![/*])|AT\b))", re.IGNORECASE)
 #: A name behind an access word on the same line. Without it, `Final` in `METHOD Final` is a name.
 _NAME_FOLLOWS = re.compile(
-    r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_]\w*", re.IGNORECASE
+    r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_\x80-\uffff]\w*", re.IGNORECASE
 )
+
+#: Words behind VAR or another section word. Elsewhere they are names.
+_QUALIFIERS = ("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT")
+#: Text that may follow a name, but not these keywords.
+_AS_NAME = re.compile(r"\s*(?::|\.(?!\.)|,|\[|\((?!\*)|=>)")
+
+
+def is_soft(word: str, previous: str, text: str, behind: int) -> bool:
+    """Return whether a keyword is used as a name here.
+
+    `previous` is the kind of the token before it, and `behind` the offset behind the word.
+    """
+    if word in _QUALIFIERS:
+        behind_section = previous.startswith("VAR") or previous in _QUALIFIERS
+        return not behind_section or _AS_NAME.match(text, behind) is not None
+    begins = previous in ("", "SEMICOLON", "ERROR") or previous.startswith("END_")
+    if word in ("CONFIGURATION", "ACTION"):
+        return not begins or _AS_NAME.match(text, behind) is not None
+    if word == "UNION":
+        return previous != "COLON" or _AS_NAME.match(text, behind) is not None
+    if word == "CONTINUE":
+        begins = begins or previous in ("THEN", "ELSE", "DO", "REPEAT", "COLON", "OF")
+        return not begins or _AS_NAME.match(text, behind) is not None
+    if word in ("END_CONFIGURATION", "END_ACTION", "END_UNION"):
+        return _AS_NAME.match(text, behind) is not None
+    return False
 
 
 class Context:

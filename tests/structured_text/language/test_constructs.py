@@ -187,6 +187,26 @@ ROWS = [
         {"I": 4}, "TYPE S1 : STRUCT X : INT; END_STRUCT; END_TYPE\n"
         "TYPE S2 EXTENDS S1 : STRUCT Y : INT; END_STRUCT; END_TYPE"),
     Row("an access specifier", "A : T9;", "A := 3;", {"A": 3}, "TYPE INTERNAL T9 : INT; END_TYPE"),
+    Row("a number with 10#", "I : INT := -10#1_2;", "I := I + INT#10#5;", {"I": -7}),
+    Row("a text over several lines", "S : STRING; I : INT;", "S := 'N0\nN1$'\n'; I := LEN(S);",
+        {"S": "N0\nN1'\n", "I": 7}),
+    Row("a name with letters beyond ASCII", "Größe : INT; _Ä : INT;",
+        "Größe := 3; _ä := GRÖSSE + 1;", {"Größe": 3, "_Ä": 4}),
+    Row("RETURN with a condition", "I : INT;", "I := I + 1; RETURN(I > 0); I := 9;", {"I": 1}),
+    Row("the type BIT", "S : ST1; I : INT;", "S.C := TRUE; S.A := S.C; I := SIZEOF(S);",
+        {"S.A": True, "S.B": False, "I": 2},
+        "TYPE ST1 : STRUCT A, B, C : BIT; D : BYTE; END_STRUCT; END_TYPE"),
+    Row("EN or ENO", "I : INT := 4; B : BOOL; C : BOOL := TRUE;",
+        "I := ADD(EN := I > 3, IN1 := I, IN2 := 1, ENO => B);"
+        " I := MUL(EN := I > 5, IN1 := I, IN2 := 9, ENO => C);", {"I": 5, "B": True, "C": False}),
+    Row("a negative step of an unsigned counter", "I : UINT; N : INT;",
+        "FOR I := 5 TO 1 BY -2 DO N := N * 10 + UINT_TO_INT(I); END_FOR;", {"N": 531}),
+    Row("an assignment in an expression", "I : INT; J : INT; B : BOOL;",
+        "IF (I := I + 4) = 4 THEN J := (I := I * 2) + I; END_IF; IF B := J = 16 THEN I := 1;"
+        " END_IF;", {"I": 1, "J": 16, "B": True}),
+    Row("an LTIME of more than 292 years",
+        "T1 : LTIME := LTIME#213503D23H34M33S709MS551US615NS; B : BOOL;",
+        "B := T1 > LTIME#106751D;", {"B": True}),
 ]  # fmt: skip
 _IDS = [row.construct for row in ROWS]
 
@@ -268,7 +288,9 @@ _OF_TYPES = {"a variable called as something else", "an array of blocks", "a blo
              "a PROGRAM called by its name", "several PROGRAMs without a CONFIGURATION",
              "an array of open length", "the time as a function", "a calculated initial value",
              "memory looked at as another type", "pointers compared by < or >",
-             "a character of a text by its number", "a structure as its base"}  # fmt: skip
+             "a character of a text by its number", "a structure as its base", "the type BIT",
+             "EN or ENO", "a negative step of an unsigned counter",
+             "an LTIME of more than 292 years"}  # fmt: skip
 
 
 @pytest.mark.parametrize("row", ROWS, ids=_IDS)
