@@ -454,6 +454,9 @@ class Types:
         argument = node.arguments[0].value
         if key == "SIZEOF":
             kind = type_of(self, argument)
+            name = argument.key if isinstance(argument, s.Name) else ""
+            if kind is None and name in self.registry.types:
+                raise ConsequenceError(f"the declaration of {name} has an error")
             size = None if kind is None else size_of(kind)
             return None if size is None else Constant(size, ELEMENTARY["LINT"])
         pair = conversion(node.function.key)
@@ -614,8 +617,9 @@ class Types:
         error = where.error(f"this is not an initial value for a {describe(kind)}", node.at)
         data = isinstance(kind, (ArrayType, StructType)) and later is not None
         if data and isinstance(node, (s.Name, s.Field, s.Index, s.Dereference, s.Call, s.Invoke)):
-            at = {"line": error.line, "column": error.column}
-            raise NotConstantError(error.message, file=error.file, **at)
+            raise NotConstantError(
+                error.message, file=error.file, line=error.line, column=error.column
+            )
         raise error
 
     def _plain_value(self, kind: Type) -> Any:
