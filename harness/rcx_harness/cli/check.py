@@ -1,10 +1,10 @@
-"""`rcx check`: check sources for mistakes, and for what other compilers refuse."""
+"""`rcx check`: check sources for mistakes, and for constructs that other compilers refuse."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace as replace_source
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rcx_harness.cell.sources import blame_lib, library_names, source_files
-from rcx_harness.cli.options import Device, Lib, Replace, Sources, counted, replacements
+from rcx_harness.cli.options import (
+    Device,
+    Dialect,
+    Lib,
+    Replace,
+    Sources,
+    counted,
+    replacements,
+)
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
 from rcx_harness.watch.image_source import image_use
@@ -39,6 +47,7 @@ def check(
     files: Sources,
     lib: Lib = None,
     replace: Replace = None,
+    dialect: Dialect = None,
     device: Device = "",
     lint_only: Annotated[
         bool, typer.Option("--lint", help="Check the portability rules only, for every file.")
@@ -84,7 +93,7 @@ def check(
         if not files:
             return
     # With --lint each file is looked at by itself: folders with several programs go at once.
-    sources = source_files(files, lib, replacements(replace), device)
+    sources = source_files(files, lib, replacements(replace), dialect, device)
     for note in sources.notes:
         print(legible(f"note: {note}"))
     if stubs is not None:
@@ -109,7 +118,7 @@ def check(
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
         findings += [LintFinding(*one, strict=False) for one in first_mistakes(users, library)]
         findings += unportable(project.uses if project else (), library)
-        faulty = _faults(project, library)
+        faulty = _faults(project)
         findings += [LintFinding(one.file, one.at, one.text, strict=False) for one in faulty]
         findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:
@@ -171,13 +180,13 @@ def _refused(
         raise typer.Exit(1)
 
 
-def _faults(project: Project | None, library: Collection[Path]) -> list[Place]:
+def _faults(project: Project | None) -> list[Place]:
     """Return the known faults of matiec that concern the program, if matiec takes it at all."""
     if project is None or project.uses:
         return []
     from structured_text.engines.matiec.faults import places, warnings
 
-    return warnings(places(project, library))
+    return warnings(places(project))
 
 
 def _compile(sources: SourceFiles, project: Project | None, faulty: Sequence[Place]) -> str:

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions, WorkersOrNone
-from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
+from rcx_harness.cli.options import Dialect, Lib, Sources, counted, duration_us, with_options
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.console import quoted
@@ -42,6 +42,7 @@ class Options(FarmOptions):
 
     files: Sources
     lib: Lib = None
+    dialect: Dialect = None
     inputs: Annotated[
         list[str] | None,
         typer.Option(
@@ -133,7 +134,7 @@ def explore(given: Options) -> None:
 
 
 def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
-    """Explore a program with the small controller; return what prints the result."""
+    """Explore a program with the small controller; return a function that prints the result."""
     from rcx_harness.verify.explore.replay import replay
     from rcx_harness.verify.explore.user import explore as explore_program
 
@@ -162,7 +163,7 @@ def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
 
 
 def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
-    """Explore a cell with its controllers and robot programs; return what prints the result."""
+    """Explore a cell with its controllers and robot programs; return a printer of the result."""
     from rcx_harness.verify.explore.cells import FAULTS, explore_cell, replay_cell
 
     settings = _cell_settings(given, report)

@@ -10,13 +10,12 @@ from structured_text.errors import InputError
 from structured_text.language import cache
 from structured_text.language.project import Project, runnable
 from structured_text.language.unread import not_executed
-from structured_text.output.limits import MOST_MISTAKES
 
 __all__ = ["analysed", "load"]
 
 
 def analysed(
-    paths: Sequence[Path], most: int = MOST_MISTAKES
+    paths: Sequence[Path], most: int | None = None
 ) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, as `language.load.analyse` does."""
     key = cache.sources_key(paths)

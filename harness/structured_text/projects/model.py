@@ -150,6 +150,7 @@ class Project:
     Attributes:
         units: The declarations in the order of the files.
         notes: One line for each unread part that a user could miss.
+        dialects: The dialect of each file whose format says one (`language.dialects`).
         titles: The names by which other projects refer to it as a library.
         namespaces: The names that other projects write before its elements.
         libraries: The libraries that it refers to.
@@ -157,6 +158,7 @@ class Project:
 
     units: tuple[Unit, ...] = ()
     notes: tuple[str, ...] = ()
+    dialects: tuple[tuple[str, Path], ...] = ()
     titles: tuple[str, ...] = ()
     namespaces: tuple[str, ...] = ()
     libraries: tuple[Library, ...] = ()
@@ -166,6 +168,7 @@ class Project:
         return Project(
             (*self.units, *other.units),
             (*self.notes, *other.notes),
+            (*self.dialects, *other.dialects),
             (*self.titles, *other.titles),
             (*self.namespaces, *other.namespaces),
             (*self.libraries, *other.libraries),

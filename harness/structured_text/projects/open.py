@@ -24,7 +24,7 @@ from structured_text.projects.model import (
     declared_kind,
     without_comments,
 )
-from structured_text.projects.plcopen import read_plcopen
+from structured_text.projects.plcopen import read_plcopen, written_by
 from structured_text.projects.tasks import NAME, NEVER
 from structured_text.projects.xml import read_xml
 
@@ -42,12 +42,14 @@ class Sources:
         declared: The names of all POUs, types and lists of variables, in upper case.
         notes: One line for each part that is not read.
         libraries: The libraries that the projects refer to, without those that are given.
+        dialects: The dialect of each file whose format says one.
     """
 
     paths: tuple[Path, ...] = ()
     declared: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
     libraries: tuple[Library, ...] = ()
+    dialects: tuple[tuple[str, Path], ...] = ()
 
 
 def read_project(files: Sequence[Path], device: str = "") -> Project:
@@ -61,7 +63,7 @@ def read_project(files: Sequence[Path], device: str = "") -> Project:
     calls = siemens.called(file for file in files if file.suffix.lower() in SCL)
     for file in files:
         if file.suffix.lower() in SCL:
-            found = found.plus(siemens.read_scl(file, calls))
+            found = found.plus(siemens.read_scl(file, calls)).plus(_of("tia", file))
         elif file not in tasks:
             read = _read(file, device)
             if read.titles:
@@ -76,17 +78,22 @@ def read_project(files: Sequence[Path], device: str = "") -> Project:
 def _read(file: Path, device: str) -> Project:
     suffix = file.suffix.lower()
     if suffix in OBJECTS:
-        return twincat.read_object(file)
+        return twincat.read_object(file).plus(_of("twincat", file))
     if suffix == PLCPROJ:
-        return twincat.read_plcproj(file)
+        return twincat.read_plcproj(file).plus(_of("twincat", file))
     root = read_xml(file)
     if root.name == "project":
-        return read_plcopen(root, file, device)
+        return read_plcopen(root, file, device).plus(_of(written_by(root), file))
     if root.name == "RSLogix5000Content":
-        return rockwell.read_l5x(root, file)
+        return rockwell.read_l5x(root, file).plus(_of("logix", file))
     raise InputError(
         f"is neither a PLCopen XML project nor an L5X, its root is <{root.name}>", file=file
     )
+
+
+def _of(dialect: str, file: Path) -> Project:
+    """Return the note that a file is of a dialect; empty for a format of several tools."""
+    return Project(dialects=((dialect, file),) if dialect else ())
 
 
 def project_sources(
@@ -123,13 +130,13 @@ def project_sources(
     notes = [*project.notes, *notes]
     if NAME.upper() in (name.upper() for name in replaced):
         notes = [note for note in notes if NEVER not in note]
-    return Sources((*paths, *extra), names, tuple(notes), project.libraries)
+    return Sources((*paths, *extra), names, tuple(notes), project.libraries, project.dialects)
 
 
 def _extract(unit: Unit, project: Path, unread: tuple[Unread, ...]) -> Extract:
     """Return the source of a unit; lines that are not the user's replacement are the project's."""
-    home = str(project) if unit.file != project else ""
-    return Extract.make(unit.file, unit.piece.lines(), unit.name, home, unread)
+    whole = str(project) if unit.file != project else ""
+    return Extract.make(unit.file, unit.piece.lines(), unit.name, whole, unread)
 
 
 # --- bodies in other languages ----------------------------------------------------------------

@@ -52,6 +52,17 @@ _QUALIFIERS = {
     "persistent": " PERSISTENT",
 }
 _PLAIN = "InterfaceAsPlainText"
+#: Part of the names of additions in files of CODESYS.
+_CODESYS = "3s-software.com"
+#: Words in the header of a file, with the dialect of the tool; TwinCAT's come before CODESYS.
+_TOOLS = {
+    "twincat": "twincat",
+    "beckhoff": "twincat",
+    "codesys": "codesys",
+    "3s-smart": "codesys",
+    "beremiz": "openplc",
+    "openplc": "openplc",
+}
 _LANGUAGES = ("ST", "IL", "LD", "FBD", "SFC", "CFC")
 
 
@@ -83,6 +94,19 @@ def _libraries(root: Element, file: Path) -> Iterator[Library]:
             space = library.get("Namespace") or name
             if name and library.get("SystemLibrary").lower() != "true" and name != "Standard":
                 yield Library(name, space, file, library.at, noted=False)
+
+
+def written_by(root: Element) -> str:
+    """Return the dialect of the tool that has written a PLCopen XML file; empty if unknown."""
+    said = " ".join(
+        header.get(name)
+        for header in root.all("fileHeader")
+        for name in ("companyName", "productName")
+    ).lower()
+    found = next((name for word, name in _TOOLS.items() if word in said), "")
+    if not found and any(_CODESYS in one.get("name") for one in root.below("data")):
+        return "codesys"  # tools that are made from CODESYS have headers of their own
+    return found
 
 
 class _Reader:

@@ -163,7 +163,7 @@ def _two(folder: Path) -> Path:
 @pytest.mark.parametrize(("device", "n"), [("Press", 1), ("oven", 5), ("Oven.Application", 5)])
 def test_a_device_is_chosen_by_its_name(device: str, n: int, tmp_path: Path) -> None:
     """Source: docs/how-to/projects.md."""
-    files = source_files(_two(tmp_path), None, None, device)
+    files = source_files(_two(tmp_path), None, device=device)
     with Bench.build(files, engine="builtin") as bench:
         bench.scan()
         assert bench["Count.n"] == n
@@ -181,7 +181,7 @@ def test_two_devices_are_one_message_with_both_names(
 ) -> None:
     """Source: docs/how-to/projects.md."""
     with pytest.raises(InputError) as caught:
-        source_files(_two(tmp_path), None, None, device)
+        source_files(_two(tmp_path), None, device=device)
     assert said in str(caught.value)
     assert caught.value.file == str(tmp_path / "plant.xml")
 
@@ -195,11 +195,11 @@ def test_a_device_without_programs_is_not_a_choice(tmp_path: Path) -> None:
     file = _project(tmp_path, '<configuration name="Drive"/>' + device)
     assert source_files(file, None).own
     with pytest.raises(InputError, match=r"no device Drive; it has Plc\.Application"):
-        source_files(file, None, None, "Drive")
+        source_files(file, None, device="Drive")
     plain = tmp_path / "a.st"
     plain.write_text("PROGRAM P\nEND_PROGRAM\n", encoding="utf-8")
     with pytest.raises(InputError, match="--device is for projects of PLC tools"):
-        source_files(plain, None, None, "Drive")
+        source_files(plain, None, device="Drive")
 
 
 # --- blocks with arguments, replaced bodies ---------------------------------------------------
@@ -235,7 +235,7 @@ def test_a_body_of_a_device_is_replaced(tmp_path: Path) -> None:
     """Source: docs/how-to/projects.md."""
     own = tmp_path / "body.st"
     own.write_text("n := n + 7;\n", encoding="utf-8")
-    files = source_files(_two(tmp_path), None, {"Count": own}, "Oven")
+    files = source_files(_two(tmp_path), None, {"Count": own}, device="Oven")
     with Bench.build(files, engine="builtin") as bench:
         bench.scan()
         assert bench["Count.n"] == 7
