@@ -389,12 +389,22 @@ class Types:
 
     # --- constants ---
 
+    def _without_space(self, node: s.Expression) -> s.Expression:
+        """Return a path without the namespace at its beginning."""
+        if not isinstance(node, s.Field):
+            return node
+        if isinstance(node.base, s.Name):
+            key = node.base.key
+            known = key in self.lists or self.type_named(key) is not None
+            return node.name if key in self.registry.namespaces and not known else node
+        base = self._without_space(node.base)
+        if base is node.base or not isinstance(base, s.Name):
+            return node
+        return s.Field(base, node.name, node.at)
+
     def lookup(self, node: s.Expression) -> Constant | None:
         """Return the constant of a name, path or call; None if it is not a constant."""
-        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
-            inner = node.base
-            if isinstance(inner.base, s.Name) and inner.base.key in self.registry.namespaces:
-                node = s.Field(inner.name, node.name, node.at)
+        node = self._without_space(node)
         if isinstance(node, s.Field) and isinstance(node.base, s.Name):
             kind = self.type_named(node.base.key)
             if isinstance(kind, EnumType):
