@@ -220,16 +220,17 @@ def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
 
 
 def analyse(
-    paths: Sequence[Path], read: Read | None = None
+    paths: Sequence[Path], read: Read | None = None, *, every: bool = False
 ) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, in the order of the given files.
 
     Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
-    another error are left out.
+    another error are left out, and so are those beyond the limit of messages, unless `every` asks
+    for them: a statistic of files must not count a file as accepted because its error is not shown.
     """
     read = read or read_file
     try:
-        return deeply(partial(_analysed, paths, read))
+        return deeply(partial(_analysed, paths, read, every=every))
     except RecursionError:
         return None, [too_deep(paths, read)]
 
@@ -263,7 +264,9 @@ def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
 
 
 @uncollected()
-def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[InputError]]:
+def _analysed(
+    paths: Sequence[Path], read: Read, *, every: bool
+) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
     missing = False
@@ -279,6 +282,8 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
             errors += source.errors
     found: list[InputError] = []
     project = _resolve(sources, found, whole=not errors)
+    if every:
+        return project, [*errors, *found]
     found = _causes(found, sources)
     # Declarations in an unreadable file are unknown to the other files.
     errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]

@@ -1,0 +1,198 @@
+"""Why files are refused: a library that is missing, a gap of the front end, or another reason.
+
+A refusal is a gap unless there is evidence for something else:
+
+- missing library: the refused name is declared nowhere in the program, is not part of the language,
+  and the project declares references to libraries that are not at hand.
+- other: the body is graphical or the file is no Structured Text; or the name is declared nowhere
+  and no reference is declared, so the tool refuses it, too; or a person has read the message
+  (`Reviewed`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.language.registry import ConsequenceError
+from structured_text.language.source import source_text
+
+__all__ = ["Kind", "Refusals", "Reviewed", "classified", "references"]
+
+#: Names and numbers in a message; they are removed to group messages by reason.
+_NAMES = re.compile(r"'[^']*'|\b\w*\d\w*\b|\b[A-Z_]\w*\b")
+#: Messages about a name that is declared nowhere, with the name.
+_UNKNOWN = re.compile(
+    r"there is no (?:type|namespace|function|interface|variable or namespace|variable|"
+    r"global variable|program) ([\w.]+)|([\w.]+) is not declared|"
+    r"([\w.]+) is not an? (?:function block|structure|type|interface)"
+)
+#: Functions and types of the language, which no library has to declare.
+_LANGUAGE = re.compile(
+    r"__\w+|(?:TO|ANY_TO|ANY_NUM_TO)_[A-Z]+|[A-Z]+_TO_(?:L?REAL|U?[SDL]?INT|BOOL|BYTE|[DL]?WORD|"
+    r"W?STRING|L?TIME|L?DATE|L?DT|L?TOD)|BIT|X?SIZEOF|ADR|BITADR|INDEXOF|INI|TRUNC(?:_INT)?|MOVE|"
+    r"MUX|SEL|LIMIT|MIN|MAX|ABS|SQRT|LN|LOG|EXP|EXPT|A?SIN|A?COS|A?TAN|ATAN2|SH[LR]|RO[LR]|LEN|"
+    r"LEFT|RIGHT|MID|CONCAT|INSERT|DELETE|REPLACE|FIND|[RF]_TRIG|SR|RS|CT[UD]{1,2}|T[OP][NF]?|ANY",
+    re.IGNORECASE,
+)
+_DECLARED = re.compile(
+    r"^\s*(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE|INTERFACE|CLASS|NAMESPACE)\s+"
+    r"(?:(?:PUBLIC|INTERNAL|PRIVATE|PROTECTED|ABSTRACT|FINAL)\s+)*\"?([\w.]+)"
+    r"|^\s*(\w+)\s*:(?!=)",
+    re.IGNORECASE | re.MULTILINE,
+)
+#: A library that a project refers to: TwinCAT, CODESYS (PLCopen XML), SIMATIC AX.
+_REFERENCES = {
+    ".plcproj": re.compile(r"<(?:Placeholder|Library)Reference Include=\"([^\",]+)"),
+    ".xml": re.compile(r"<Library Name=\"#?([^\",]+)"),
+    "apax.yml": re.compile(r"^\s+[\"']?(@[\w-]+/[\w-]+)[\"']?\s*:\s*[\"']?[\^~\d]", re.MULTILINE),
+}
+
+
+class Kind(Enum):
+    """Why a file is refused."""
+
+    GAP = "gap"
+    MISSING = "missing library"
+    OTHER = "other"
+
+
+@dataclass(frozen=True)
+class Reviewed:
+    """A refusal that a person has read: it is right, because the tool refuses it, too.
+
+    Attributes:
+        message: A pattern of the message, with its file and line.
+        why: The reason.
+    """
+
+    message: str
+    why: str
+
+
+@dataclass
+class Refusals:
+    """The refused files of a program by kind, and the reasons of each kind by files."""
+
+    files: dict[Path, Kind] = field(default_factory=dict)
+    reasons: dict[Kind, Counter[str]] = field(default_factory=dict)
+    examples: dict[str, str] = field(default_factory=dict)
+
+    def count(self, kind: Kind) -> int:
+        """Return the number of refused files of a kind."""
+        return sum(one is kind for one in self.files.values())
+
+    def add(self, file: Path, kind: Kind, messages: Iterable[InputError | str]) -> None:
+        """Add a refused file with the messages that decide its kind."""
+        self.files[file] = kind
+        reasons = self.reasons.setdefault(kind, Counter())
+        seen = {}
+        for message in messages:
+            text = message.message if isinstance(message, InputError) else message
+            seen.setdefault(_NAMES.sub("…", text), str(message))
+        reasons.update(list(seen))
+        for reason, example in seen.items():
+            self.examples.setdefault(reason, example)
+
+    def merge(self, other: Refusals) -> None:
+        """Add the refusals of another program of the same repository."""
+        self.files |= other.files
+        for kind, reasons in other.reasons.items():
+            self.reasons.setdefault(kind, Counter()).update(reasons)
+        self.examples = {**other.examples, **self.examples}
+
+
+def references(folder: Path) -> frozenset[str]:
+    """Return the libraries that the projects in a folder refer to."""
+    found: set[str] = set()
+    for file in folder.rglob("*"):
+        pattern = _REFERENCES.get(file.name) or _REFERENCES.get(file.suffix.lower())
+        if pattern is not None and file.is_file():
+            found |= set(pattern.findall(file.read_text("utf-8", errors="replace")))
+    return frozenset(found)
+
+
+def classified(
+    files: Sequence[Path],
+    errors: Mapping[Path, Sequence[InputError]],
+    libraries: frozenset[str],
+    reviewed: Sequence[Reviewed] = (),
+) -> Refusals:
+    """Return the refused files with the reason of each.
+
+    Args:
+        files: All files of the program.
+        errors: The errors of each refused file, with those that follow from another error.
+        libraries: The libraries that the project refers to and that are not at hand.
+        reviewed: Messages that a person has read.
+    """
+    declared = _declared(files)
+    kinds = {
+        file: [(error, _kind(error, declared, libraries, reviewed)) for error in found]
+        for file, found in errors.items()
+    }
+    result = Refusals()
+    for file, found in kinds.items():
+        decided = [(error, kind) for error, kind in found if isinstance(kind, Kind)]
+        for kind in Kind:  # a gap decides, then a missing library
+            if messages := [error for error, one in decided if one is kind]:
+                result.add(file, kind, messages)
+                break
+    for file, found in kinds.items():
+        if file not in result.files:
+            _add_consequence(file, found, declared, result)
+    return result
+
+
+def _kind(
+    error: InputError,
+    declared: Mapping[str, Path],
+    libraries: frozenset[str],
+    reviewed: Sequence[Reviewed],
+) -> Kind | str | None:
+    """Return the kind of an error; the name in it if it follows from the error of a declaration."""
+    if isinstance(error, ConsequenceError):
+        return None
+    if any(re.search(one.message, str(error)) for one in reviewed):
+        return Kind.OTHER
+    said = _UNKNOWN.match(error.message)
+    if said is None:
+        return Kind.GAP
+    name = (said[1] or said[2] or said[3]).upper()
+    first, _, _ = name.partition(".")
+    if _LANGUAGE.fullmatch(name):
+        return Kind.GAP
+    if name in declared or first in declared:
+        return name if name in declared else first
+    return Kind.MISSING if libraries else Kind.OTHER
+
+
+def _declared(files: Sequence[Path]) -> dict[str, Path]:
+    """Return the declared names in upper case, each with a file that declares it."""
+    found: dict[str, Path] = {}
+    for file in files:
+        try:
+            text = source_text(file)
+        except InputError:
+            continue
+        for said in _DECLARED.finditer(text):
+            found.setdefault((said[1] or said[2]).upper(), file)
+    return found
+
+
+def _add_consequence(
+    file: Path,
+    found: Sequence[tuple[InputError, Kind | str | None]],
+    declared: Mapping[str, Path],
+    result: Refusals,
+) -> None:
+    """Add a file whose errors all follow from the errors of other declarations."""
+    causes = {declared[name] for _, name in found if isinstance(name, str)}
+    kinds = {result.files[one] for one in causes if one in result.files}
+    kind = next((kind for kind in Kind if kind in kinds), Kind.GAP)
+    result.add(file, kind, ["follows from the error of another file"])
