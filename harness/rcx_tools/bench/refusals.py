@@ -25,7 +25,7 @@ from structured_text.language.source import source_text
 __all__ = ["Kind", "Refusals", "Reviewed", "classified", "references"]
 
 #: Names and numbers in a message; they are removed to group messages by reason.
-_NAMES = re.compile(r"'[^']*'|\b\w*\d\w*\b|\b[A-Z_]\w*\b")
+_NAMES = re.compile(r"\b(?:\w*\d\w*|[A-Z_]\w*|\w+[A-Z]\w*)(?:\.\w+)*\b")
 #: Messages about a name that is declared nowhere, with the name.
 _UNKNOWN = re.compile(
     r"there is no (?:type|namespace|function|interface|variable or namespace|variable|"
@@ -40,6 +40,12 @@ _LANGUAGE = re.compile(
     r"LEFT|RIGHT|MID|CONCAT|INSERT|DELETE|REPLACE|FIND|[RF]_TRIG|SR|RS|CT[UD]{1,2}|T[OP][NF]?|ANY",
     re.IGNORECASE,
 )
+_WORD = re.compile(r"\w+")
+#: Keywords that stay in a reason.
+_WORDS = frozenset(
+    "ABSTRACT FINAL CLASS METHOD VAR CONSTANT EXTENDS IMPLEMENTS CONFIGURATION POINTER REFERENCE TO "
+    "ARRAY OF FB_init FB_Init JMP LTIME TIME Ladder Diagram Function Block".split()
+)
 _DECLARED = re.compile(
     r"^\s*(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE|INTERFACE|CLASS|NAMESPACE)\s+"
     r"(?:(?:PUBLIC|INTERNAL|PRIVATE|PROTECTED|ABSTRACT|FINAL)\s+)*\"?([\w.]+)"
@@ -52,6 +58,11 @@ _REFERENCES = {
     ".xml": re.compile(r"<Library Name=\"#?([^\",]+)"),
     "apax.yml": re.compile(r"^\s+[\"']?(@[\w-]+/[\w-]+)[\"']?\s*:\s*[\"']?[\^~\d]", re.MULTILINE),
 }
+
+
+def _reason_name(name: re.Match[str]) -> str:
+    """Return what a reason says instead of a name; names of the language are kept."""
+    return name[0] if _LANGUAGE.fullmatch(name[0]) or name[0] in _WORDS else "…"
 
 
 class Kind(Enum):
@@ -91,10 +102,10 @@ class Refusals:
         """Add a refused file with the messages that decide its kind."""
         self.files[file] = kind
         reasons = self.reasons.setdefault(kind, Counter())
-        seen = {}
+        seen: dict[str, str] = {}
         for message in messages:
             text = message.message if isinstance(message, InputError) else message
-            seen.setdefault(_NAMES.sub("…", text), str(message))
+            seen.setdefault(_NAMES.sub(_reason_name, text), str(message))
         reasons.update(list(seen))
         for reason, example in seen.items():
             self.examples.setdefault(reason, example)
@@ -154,10 +165,10 @@ def _kind(
     declared: Mapping[str, Path],
     libraries: frozenset[str],
     reviewed: Sequence[Reviewed],
-) -> Kind | str | None:
-    """Return the kind of an error; the name in it if it follows from the error of a declaration."""
+) -> Kind | str:
+    """Return the kind of an error; a text with names if it follows from one of their errors."""
     if isinstance(error, ConsequenceError):
-        return None
+        return error.message
     if any(re.search(one.message, str(error)) for one in reviewed):
         return Kind.OTHER
     said = _UNKNOWN.match(error.message)
@@ -178,8 +189,8 @@ def _declared(files: Sequence[Path]) -> dict[str, Path]:
     for file in files:
         try:
             text = source_text(file)
-        except InputError:
-            continue
+        except InputError:  # not UTF-8: its names are declared all the same
+            text = file.read_bytes().decode("latin-1")
         for said in _DECLARED.finditer(text):
             found.setdefault((said[1] or said[2]).upper(), file)
     return found
@@ -187,12 +198,13 @@ def _declared(files: Sequence[Path]) -> dict[str, Path]:
 
 def _add_consequence(
     file: Path,
-    found: Sequence[tuple[InputError, Kind | str | None]],
+    found: Sequence[tuple[InputError, Kind | str]],
     declared: Mapping[str, Path],
     result: Refusals,
 ) -> None:
     """Add a file whose errors all follow from the errors of other declarations."""
-    causes = {declared[name] for _, name in found if isinstance(name, str)}
+    names = {name.upper() for _, text in found for name in _WORD.findall(str(text))}
+    causes = {declared[name] for name in names if name in declared}
     kinds = {result.files[one] for one in causes if one in result.files}
     kind = next((kind for kind in Kind if kind in kinds), Kind.GAP)
     result.add(file, kind, ["follows from the error of another file"])

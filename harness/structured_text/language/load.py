@@ -225,8 +225,9 @@ def analyse(
     """Return the checked project, or None with all errors, in the order of the given files.
 
     Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
-    another error are left out, and so are those beyond the limit of messages, unless `every` asks
-    for them: a statistic of files must not count a file as accepted because its error is not shown.
+    another error are left out, and so are those beyond the limit of messages. With `every` all are
+    returned, the consequences as `ConsequenceError`: a statistic of files must not count a file as
+    accepted because its error is not shown.
     """
     read = read or read_file
     try:
@@ -282,15 +283,23 @@ def _analysed(
             errors += source.errors
     found: list[InputError] = []
     project = _resolve(sources, found, whole=not errors)
+    causes = _causes(found, sources)
     if every:
-        return project, [*errors, *found]
-    found = _causes(found, sources)
+        caused = [_consequence(one) for one in found if one not in causes]
+        return project, [*errors, *causes, *caused]
     # Declarations in an unreadable file are unknown to the other files.
-    errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]
+    errors += [one for one in causes if not (missing and _UNKNOWN.match(one.message))]
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
     errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
     return project if not errors else None, _first(list(dict.fromkeys(errors)))
+
+
+def _consequence(error: InputError) -> ConsequenceError:
+    """Return an error that follows from another one, marked as such."""
+    return ConsequenceError(
+        error.message, file=error.file, line=error.line, column=error.column, hint=error.hint
+    )
 
 
 def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
