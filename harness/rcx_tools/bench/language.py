@@ -38,7 +38,17 @@ from structured_text.projects.formats import is_project
 from structured_text.projects.open import project_sources
 from structured_text.projects.sources import named_files
 
-__all__ = ["CALLS", "LEAST", "MOST", "Result", "Share", "accepted", "measure", "result", "sources_of"]
+__all__ = [
+    "CALLS",
+    "LEAST",
+    "MOST",
+    "Result",
+    "Share",
+    "accepted",
+    "measure",
+    "result",
+    "sources_of",
+]
 
 #: Required share of accepted files in each library [%].
 LEAST = 95.0
@@ -215,7 +225,14 @@ def measure(options: Options) -> dict[str, Figure]:
 def _repositories(root: Path, console: Console) -> Iterator[tuple[str, Result]]:
     """Yield the results of the repositories in a folder, print them and a table of all."""
     table = Table(box=box.SIMPLE)
-    for title in ("repository", "tool", "files", "accepted", *(kind.value for kind in Kind), "gaps"):
+    for title in (
+        "repository",
+        "tool",
+        "files",
+        "accepted",
+        *(kind.value for kind in Kind),
+        "gaps",
+    ):
         table.add_column(title, justify="left" if title in ("repository", "tool") else "right")
     for repository in REPOSITORIES:
         if not repository.folder(root).is_dir():

@@ -43,8 +43,11 @@ _LANGUAGE = re.compile(
 _WORD = re.compile(r"\w+")
 #: Keywords that stay in a reason.
 _WORDS = frozenset(
-    "ABSTRACT FINAL CLASS METHOD VAR CONSTANT EXTENDS IMPLEMENTS CONFIGURATION POINTER REFERENCE TO "
-    "ARRAY OF FB_init FB_Init JMP LTIME TIME Ladder Diagram Function Block".split()
+    (
+        *("ABSTRACT", "FINAL", "CLASS", "METHOD", "VAR", "CONSTANT", "EXTENDS", "IMPLEMENTS"),
+        *("CONFIGURATION", "POINTER", "REFERENCE", "TO", "ARRAY", "OF", "FB_init", "FB_Init"),
+        *("JMP", "LTIME", "TIME", "Ladder", "Diagram", "Function", "Block"),
+    )
 )
 _DECLARED = re.compile(
     r"^\s*(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE|INTERFACE|CLASS|NAMESPACE)\s+"

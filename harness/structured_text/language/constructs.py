@@ -65,6 +65,8 @@ _TRANSLATED = {
     "a standard function beyond the second edition": "use one of the second edition",
     "a standard function of dates or BCD": "use operators, or calculate it",
     "another name of a pin": "use the name of the second edition",
+    "the name of a POU as a text": "write the text",
+    "the size of a block": "write the number",
 }
 TRANSLATED = frozenset(_TRANSLATED)
 #: All constructs.

@@ -29,7 +29,7 @@ from structured_text.language.scalars import (
     SIGNED,
     WIDTH,
 )
-from structured_text.language.sizes import size_of
+from structured_text.language.sizes import block_size, size_of
 from structured_text.language.standard import (
     BLOCKS,
     FUNCTIONS,
@@ -77,7 +77,8 @@ _JOINING = ("CONCAT", "INSERT", "REPLACE")
 #: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")
 #: Functions of a declaration, not of a value.
-_OF_VARIABLES = ("SIZEOF", "LOWER_BOUND", "UPPER_BOUND")
+_SIZES = ("SIZEOF", "XSIZEOF")
+_OF_VARIABLES = (*_SIZES, "LOWER_BOUND", "UPPER_BOUND")
 
 
 class Functions:
@@ -287,13 +288,13 @@ class Functions:
         return t.Binary(op, first, second, ELEMENTARY[result])
 
     def _of_variable(self, node: s.Call, want: Type | None) -> t.Expression:
-        """Type SIZEOF, LOWER_BOUND and UPPER_BOUND.
+        """Type SIZEOF, XSIZEOF, LOWER_BOUND and UPPER_BOUND.
 
         They are constants because all types are complete. Only the bounds of an ARRAY [*] are read
         at run time.
         """
         key, count = node.function.key, len(node.arguments)
-        number = 1 if key == "SIZEOF" else 2
+        number = 1 if key in _SIZES else 2
         if count != number:
             raise self._scope.error(f"{key} takes {number} arguments, not {count}", node.at)
         first = node.arguments[0].value
@@ -306,11 +307,14 @@ class Functions:
             if not isinstance(first, PLACES):
                 raise self._scope.error(f"{key} needs a variable", first.at)
             kind = self._expressions.variable(first).type
-        if key == "SIZEOF":
+        if key in _SIZES:
             size = size_of(kind)
             if size is None:
+                self._scope.note("the size of a block", first.at)
+                size = block_size(kind)
+            if size is None:
                 raise self._scope.error(
-                    f"SIZEOF is not supported for a {describe(kind)}", first.at, "each tool differs"
+                    f"{key} is not supported for a {describe(kind)}", first.at, "each tool differs"
                 )
             value, default = size, "UDINT"
         else:

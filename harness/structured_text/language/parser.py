@@ -25,6 +25,7 @@ from structured_text.language import syntax as s
 from structured_text.language.building import Statements, name_of, nodes_of, position_of
 from structured_text.language.constructs import refuse
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
+from structured_text.language.pou_names import with_names
 from structured_text.language.recovery import read_tokens
 from structured_text.language.source import source_text, title_of
 from structured_text.language.words import ACCESSORS
@@ -456,6 +457,7 @@ def read_text(text: str, file: Path) -> s.Source:
     found = list(islice(tokens(text, file, notes), MOST_TOKENS + 1))
     if len(found) > MOST_TOKENS:
         return s.Source(file, (), errors=(_too_many(found[-1], file),))
+    found = with_names(found, file, notes.uses)
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     declarations, errors = read_tokens(lark, found, file)
     lines = {error.line for error in notes.errors}

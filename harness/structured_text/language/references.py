@@ -30,7 +30,7 @@ _REFUSED = {
     "__QUERYPOINTER": "use REFERENCE TO",
     "__NEW": "declare the variable; nothing is made while the program runs",
     "__DELETE": "declare the variable; nothing is made while the program runs",
-    **dict.fromkeys(("__VARINFO", "__POUNAME", "__POSITION"), "write a STRING of your own"),
+    "__VARINFO": "write a STRING of your own",
     "BITADR": "name the bit of the variable",
     **dict.fromkeys(("MEMCPY", "MEMSET", "MEMMOVE", "MEMCMP"), "assign or compare the variables"),
 }

@@ -9,6 +9,7 @@ pointer may lead to a type that contains it, so the targets of pointers are reso
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import deepcopy
 from ctypes import c_float
 from typing import Any
 
@@ -19,6 +20,7 @@ from structured_text.language.extent import Extents
 from structured_text.language.later import Later
 from structured_text.language.registry import ConsequenceError, Declared, Registry, last_name
 from structured_text.language.scalars import (
+    ANY_BIT,
     ANY_CHARS,
     ANY_INT,
     ANY_REAL,
@@ -313,7 +315,11 @@ class Types:
 
     def _subrange(self, spec: s.SubrangeSpec, where: Declared) -> tuple[Type, Any]:
         kind, _ = self.resolve(spec.base, where)
-        if not isinstance(kind, ElementaryType) or kind.name not in (*ANY_INT, *ANY_REAL):
+        if not isinstance(kind, ElementaryType) or kind.name not in (
+            *ANY_INT,
+            *ANY_REAL,
+            *ANY_BIT[1:],
+        ):
             raise where.error(f"a {describe(kind)} has no subrange", spec.at)
         low = constant(spec.low, kind, self.types, where, self.lookup).value
         high = constant(spec.high, kind, self.types, where, self.lookup).value
@@ -358,7 +364,7 @@ class Types:
         if len(node.arguments) != 1:
             return None
         argument = node.arguments[0].value
-        if node.function.key == "SIZEOF" and isinstance(argument, s.Name):
+        if node.function.key in ("SIZEOF", "XSIZEOF") and isinstance(argument, s.Name):
             symbol = self.local.get(argument.key)
             kind = symbol.type if symbol is not None else self.type_named(argument.key)
             kind = kind or self.blocks.get(argument.key) or ELEMENTARY.get(argument.key)
@@ -390,13 +396,7 @@ class Types:
 
     def _pending(self, key: str) -> Constant | None:
         """Return a global constant that a type needs before the globals are declared."""
-        if self._listed is None:
-            self._listed = {}
-            for declared in self.registry.lists:
-                assert isinstance(declared.node, s.GlobalList)
-                for name, variable in _constants(declared.node.section):
-                    self._listed.setdefault(name, (variable, declared))
-        found = self._listed.get(key)
+        found = self._constants_of_lists().get(key)
         if found is None:
             return None
         if key not in self._pended:
@@ -408,6 +408,16 @@ class Types:
         if isinstance(known, InputError):
             raise known
         return known
+
+    def _constants_of_lists(self) -> dict[str, tuple[s.VarDecl, Declared]]:
+        """Return the constants of all lists of global variables, by upper-case name."""
+        if self._listed is None:
+            self._listed = {}
+            for declared in self.registry.lists:
+                assert isinstance(declared.node, s.GlobalList)
+                for name, variable in _constants(declared.node.section):
+                    self._listed.setdefault(name, (variable, declared))
+        return self._listed
 
     def _declared_constant(self, key: str) -> Constant | None:
         """Return a constant of sections that are not declared yet."""
@@ -515,9 +525,30 @@ class Types:
             return result
         if isinstance(kind, BlockType) and isinstance(node, s.StructInit):
             return self._block_value(node, kind, where, default)
+        if isinstance(kind, (ArrayType, StructType)) and isinstance(node, (s.Name, s.Field)):
+            found = self._whole_constant(node, kind)
+            if found is not None:
+                where.note("a constant instead of a literal", node.at)
+                return found
         if later is not None and not isinstance(kind, BlockType) and later.takes(node, kind):
             return default
         raise where.error(f"this is not an initial value for a {describe(kind)}", node.at)
+
+    def _whole_constant(self, node: s.Name | s.Field, kind: Type) -> Any:
+        """Return the value of a constant array or structure; None for another variable."""
+        key = node.key if isinstance(node, s.Name) else node.name.key
+        symbol = self.local.get(key) if isinstance(node, s.Name) else None
+        if symbol is not None:
+            return deepcopy(symbol.initial) if symbol.constant and symbol.type == kind else None
+        if isinstance(node, s.Field) and not isinstance(node.base, s.Name):
+            return None
+        variable, declared = self._constants_of_lists().get(key, (None, None))
+        if variable is None or declared is None or variable.initial is None:
+            return None
+        found, default = self.resolve(variable.spec, declared)
+        if found != kind:
+            return None
+        return self.initial_value(variable.initial, kind, declared, default)
 
     def _plain_value(self, kind: Type) -> Any:
         """Return the initial value of a type."""
