@@ -52,7 +52,7 @@ _WORDS = frozenset(
 _DECLARED = re.compile(
     r"^\s*(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE|INTERFACE|CLASS|NAMESPACE)\s+"
     r"(?:(?:PUBLIC|INTERNAL|PRIVATE|PROTECTED|ABSTRACT|FINAL)\s+)*\"?([\w.]+)"
-    r"|^\s*(\w+)\s*:(?!=)",
+    r"|(?:^|;|\bVAR\w*)\s*(\w+(?:\s*,\s*\w+)*)\s*:(?!=)",
     re.IGNORECASE | re.MULTILINE,
 )
 #: A library that a project refers to: TwinCAT, CODESYS (PLCopen XML), SIMATIC AX.
@@ -174,16 +174,28 @@ def _kind(
         return error.message
     if any(re.search(one.message, str(error)) for one in reviewed):
         return Kind.OTHER
-    said = _UNKNOWN.match(error.message)
-    if said is None:
+    name = _unknown_name(error)
+    if not name:
         return Kind.GAP
-    name = (said[1] or said[2] or said[3]).upper()
     first, _, _ = name.partition(".")
     if _LANGUAGE.fullmatch(name):
         return Kind.GAP
     if name in declared or first in declared:
         return name if name in declared else first
     return Kind.MISSING if libraries else Kind.OTHER
+
+
+def _unknown_name(error: InputError) -> str:
+    """Return the refused name in upper case if the error may be that nobody declares it."""
+    said = _UNKNOWN.match(error.message)
+    if said is not None:
+        return str(said[1] or said[2] or said[3]).upper()
+    if not error.message.startswith("a constant is expected here") or error.file is None:
+        return ""
+    lines = Path(error.file).read_bytes().decode("latin-1").splitlines()
+    line = lines[error.line - 1] if error.line and error.line <= len(lines) else ""
+    word = _WORD.match(line, max(0, (error.column or 1) - 1))
+    return word[0].upper() if word else ""
 
 
 def _declared(files: Sequence[Path]) -> dict[str, Path]:
@@ -195,7 +207,8 @@ def _declared(files: Sequence[Path]) -> dict[str, Path]:
         except InputError:  # not UTF-8: its names are declared all the same
             text = file.read_bytes().decode("latin-1")
         for said in _DECLARED.finditer(text):
-            found.setdefault((said[1] or said[2]).upper(), file)
+            for name in (said[1] or said[2]).split(","):
+                found.setdefault(name.strip().upper(), file)
     return found
 
 

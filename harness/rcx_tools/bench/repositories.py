@@ -118,7 +118,7 @@ REPOSITORIES = (
     ),
     Repository(
         "WitchCraftWorks/IEC61131-3-CDSV3",
-        "b58814361e",
+        "b58814361e1bc4b83391c249d80681d6e264d37d",
         _CODESYS,
         each=("*/exports/*PLCopenXML.xml",),
     ),
@@ -166,7 +166,7 @@ REPOSITORIES = (
     ),
     Repository(
         "germancorrederaserrano/NREL-ROSCO-Wind_Turbine-SCL-TIAPORTAL",
-        "27704af99d",
+        "27704af99d428c7920d317a5a060bf3c0a3cbad6",
         _TIA,
         together=("*.scl",),
     ),

@@ -45,6 +45,28 @@ def nodes_of(children: Any, kind: Any) -> tuple[Any, ...]:
     return tuple(child for child in children if isinstance(child, kind))
 
 
+def _is_text(label: s.Expression | s.Range) -> bool:
+    """Return whether the label of a CASE is a text or a range of characters."""
+    first = label.low if isinstance(label, s.Range) else label
+    return isinstance(first, s.Literal) and first.kind == "STRING"
+
+
+def _any_of(
+    selector: s.Expression, labels: tuple[s.Expression | s.Range, ...], at: s.Position
+) -> s.Expression:
+    """Return the condition that a value is one of the labels of a CASE."""
+    found: s.Expression | None = None
+    for label in labels:
+        if isinstance(label, s.Range):
+            low = s.Binary(">=", selector, label.low, label.at)
+            one = s.Binary("AND", low, s.Binary("<=", selector, label.high, label.at), label.at)
+        else:
+            one = s.Binary("=", selector, label, label.at)
+        found = one if found is None else s.Binary("OR", found, one, at)
+    assert found is not None
+    return found
+
+
 def _join(operands: list[s.Expression], op: Token) -> None:
     """Replace the last two operands by their operation."""
     right, left = operands.pop(), operands.pop()
@@ -111,8 +133,18 @@ class Statements(Transformer[Token, Any]):
     ) -> tuple[s.Expression, tuple[s.Statement, ...]]:
         return condition, body
 
-    def case(self, word: Token, selector: s.Expression, *rest: Any) -> s.Case:
+    def case(self, word: Token, selector: s.Expression, *rest: Any) -> s.Case | s.If:
         branches = nodes_of(rest, s.CaseBranch)
+        if any(_is_text(label) for branch in branches for label in branch.labels):
+            self.note("a CASE of texts", position_of(word))
+            if isinstance(selector, (s.Call, s.Invoke)):  # each label would call it once more
+                text, hint = "a CASE of texts needs a variable", "assign the result to one first"
+                at = position_of(word)
+                self.errors.append(
+                    InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)
+                )
+            tests = [(_any_of(selector, one.labels, one.at), one.body) for one in branches]
+            return s.If(tuple(tests), rest[-2] or (), position_of(word))
         if not branches or rest[-3] is not None:
             self._filled(rest[-2] or (), word)
         return s.Case(selector, branches, rest[-2] or (), position_of(word))
@@ -158,6 +190,20 @@ class Statements(Transformer[Token, Any]):
     def continue_(self, word: Token, _end: Token) -> s.Continue:
         self.note("CONTINUE", position_of(word))
         return s.Continue(position_of(word))
+
+    def try_(self, word: Token, body: tuple[s.Statement, ...], *rest: Any) -> s.If:
+        """Return statements with a handler as an IF that is always true.
+
+        No exception is raised here: an error of a program ends its run. So the handler is checked,
+        and never executed.
+        """
+        self.note("__TRY", position_of(word))
+        _catch, _left, code, _right, handler, _finally, last, _end = rest
+        handler = handler or ()
+        if code is not None:
+            handler = (s.Assign(code, code, code.at), *handler)
+        true = s.Literal("BOOLEAN", "TRUE", position_of(word))
+        return s.If(((true, (*body, *(last or ()))),), handler, position_of(word))
 
     # --- expressions ---
 

@@ -227,7 +227,9 @@ class Functions:
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)
         all_ = self._expressions
-        found = all_.variable(value) if pin.constant else all_.writable(value)
+        # CODESYS also passes an input of open length on as a VAR_IN_OUT: it is never copied.
+        read = pin.constant or (_is_open(kind) and _is_open(all_.variable(value).type))
+        found = all_.variable(value) if read else all_.writable(value)
         if pin.section == "VAR_OUTPUT" and widens(kind, found.type):
             self._scope.note("an implicit conversion", argument.at, f"the output {pin.name}")
             return found
@@ -427,6 +429,11 @@ class Functions:
         if isinstance(want, ElementaryType) and want.name in ANY_INT:
             return want
         return ELEMENTARY["INT"]
+
+
+def _is_open(kind: Type) -> bool:
+    """Return whether a type is an array of open length."""
+    return isinstance(kind, ArrayType) and kind.open
 
 
 def same_text(one: Type, other: Type) -> bool:

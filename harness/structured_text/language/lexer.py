@@ -23,7 +23,7 @@ from structured_text.language.source import origin
 from structured_text.language.syntax import Name, Position
 from structured_text.language.words import OBJECT_WORDS, Context
 
-__all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
+__all__ = ["EXCEPTIONS", "KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
 
 #: Words that begin something that ends with END_ and the same word.
 _GROUPS = (
@@ -70,6 +70,13 @@ PUNCTUATION = {
     "^": "CARET",
 }
 
+#: The words around statements whose exceptions a program handles, with their kinds.
+EXCEPTIONS = {
+    "__TRY": "TRY",
+    "__CATCH": "CATCH",
+    "__FINALLY": "FINALLY",
+    "__ENDTRY": "ENDTRY",
+}
 #: CoDeSys 2.3 also accepts these keywords without the underscore.
 _SPELLINGS = {"FUNCTIONBLOCK": "FUNCTION_BLOCK", "END_FUNCTIONBLOCK": "END_FUNCTION_BLOCK"}
 #: Access specifiers that may also stand before types and programs.
@@ -91,6 +98,10 @@ _UNSUPPORTED = {
     **dict.fromkeys(("VAR_ACCESS", "VAR_CONFIG"), "access paths"),
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
+#: Tokens before a name that is declared or used: such a word is the name.
+_BEFORE_NAMES = frozenset(
+    ("DOT", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD", "PROPERTY", "PROGRAM", "CLASS")
+)
 #: Text behind such a word if it is the keyword and not a variable of that name.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
 
@@ -215,6 +226,7 @@ class _Lexer:
                 if word in _SPELLINGS:
                     self._note("a keyword in another spelling", offset)
                     value = word = _SPELLINGS[word]
+                kind = EXCEPTIONS.get(word, kind)
                 special = self._context.kind(word, self._previous, text, behind)
                 if special:
                     kind = special
@@ -287,7 +299,11 @@ class _Lexer:
 
     def _name(self, value: str, word: str, offset: int, behind: int) -> str:
         """Return the kind of an identifier: LABEL at the beginning of a CASE label, else IDENT."""
-        if word in _UNSUPPORTED and self._previous != "DOT" and _MEANT.match(self._text, behind):
+        if (
+            word in _UNSUPPORTED
+            and self._previous not in _BEFORE_NAMES
+            and _MEANT.match(self._text, behind)
+        ):
             self._refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset)
         elif word in ("R_EDGE", "F_EDGE") and self._previous == "IDENT":
             self._refuse(f"{word} is not supported (edge qualifiers)", offset, "use an R_TRIG")

@@ -24,7 +24,7 @@ from structured_text.language import cache
 from structured_text.language import syntax as s
 from structured_text.language.building import Statements, name_of, nodes_of, position_of
 from structured_text.language.constructs import refuse
-from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
+from structured_text.language.lexer import EXCEPTIONS, KEYWORDS, PUNCTUATION, Notes, tokens
 from structured_text.language.pou_names import with_names
 from structured_text.language.recovery import read_tokens
 from structured_text.language.source import source_text, title_of
@@ -390,7 +390,7 @@ class _NoLexer(Lexer):
 def _parser() -> tuple[Lark, _Builder]:
     grammar = files(__package__).joinpath("grammar.lark").read_text(encoding="utf-8")
     names = {*KEYWORDS, *PUNCTUATION.values(), *_LITERALS, "IDENT", "LABEL", "DIRECT", "PART"}
-    names |= {"WORD", *ACCESSORS}
+    names |= {"WORD", *ACCESSORS, *EXCEPTIONS.values()}
     declared = f"\n%declare {' '.join(sorted(names))} LATCH ERROR\n"
     builder = _Builder()
     make = partial(
