@@ -2,7 +2,7 @@
 
 Both are operators of CODESYS and TwinCAT. Their results are known when a source is read, so each
 call becomes a literal. Inside a GET or SET the name of the property and of the accessor follow the
-block: `FB_Axis.Speed.Get`.
+block: `Axis.Speed.Get`.
 """
 
 from __future__ import annotations
