@@ -83,6 +83,9 @@ class InputError(Exception):
         column: int | None = None,
         hint: str = "",
     ) -> None:
+        place = getattr(file, "place", None)  # of a source that has lines of two files
+        if place is not None and line is not None:
+            file, line = place(line)
         self.message = message
         self.file = str(file) if file is not None else None
         self.line = line
@@ -131,11 +134,11 @@ def refused(error: OSError) -> InputError:
     if error.filename is not None:
         return InputError(f"cannot be accessed: {reason}", file=os.fsdecode(error.filename))
     if error.errno in (errno.EMFILE, errno.ENFILE):
-        hint = "`ulimit -n` shows the limit, and raises it"
+        hint = "raise the limit with `ulimit -n`"
         return InputError(f"files cannot be opened: {reason}", hint=hint)
     try:
         os.getcwd()
     except OSError:
         hint = "change to another one"
         return InputError("the current folder cannot be accessed: it may be gone", hint=hint)
-    return InputError(f"the system has refused something: {reason}")
+    return InputError(f"the operating system refused a request: {reason}")

@@ -63,7 +63,7 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.inject("packets_late", by=50), "by is not a text"),
     (lambda c: c.overrun(-1), "late_us cannot be -1"),
     (lambda c: c.overrun(_NAN), "late_us cannot be nan"),  # type: ignore[arg-type]
-    (lambda c: c.change_interval(0), "rpi_us cannot be 0; it is a number from 1000 to 3200000"),
+    (lambda c: c.change_interval(0), "rpi_us cannot be 0; use a whole number from 1000 to 3200000"),
     (lambda c: c.change_interval(True), "rpi_us cannot be True"),
     (lambda c: c.start_plc("hot"), "start = 'hot' is not a start"),
     (lambda c: c.at(_NAN, lambda: None), "t_us cannot be nan"),  # type: ignore[arg-type]
@@ -102,9 +102,9 @@ def test_an_impossible_argument_is_refused(
         ({"seed": True}, "seed cannot be True"),
         ({"seed": _NAN}, "seed cannot be nan"),
         ({"keep": -1}, "keep cannot be -1"),
-        ({"scan": _NAN}, "the scan: not a duration: nan"),
-        ({"rpi": True}, "the RPI: not a duration: True"),
-        ({"jitter": 1.5}, "the jitter: not a duration: 1.5"),
+        ({"scan": _NAN}, "the scan: nan is not a duration"),
+        ({"rpi": True}, "the RPI: True is not a duration"),
+        ({"jitter": 1.5}, "the jitter: 1.5 is not a duration"),
     ],
 )
 def test_a_cell_is_built_with_whole_numbers(

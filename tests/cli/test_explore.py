@@ -376,10 +376,10 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
     ("words", "message"),
     [
         (["--scan", "0s"], "--scan of 0 s is too short"),
-        (["--faults", "fire"], "--faults fire; it can be link, alarm, abnormal"),
+        (["--faults", "fire"], "--faults fire: no such fault; use link, alarm, abnormal"),
         (["--input", "Main.Nothing"], "has no member Nothing"),
         (["--input", "Main.Count"], "no values for Main.Count; write --input Main.Count=1,2,3"),
-        (["--input", "Main.Count=many"], "'many' is no value for Main.Count"),
+        (["--input", "Main.Count=many"], "'many' is not a value for Main.Count"),
         (["--input", "Main.Count=99999"], "99999"),
         (["--input", "Main.Button", "--input", "main.button"], "is given twice"),
         (["--always", "Nothing = 1"], "'Nothing = 1' cannot be checked"),

@@ -94,7 +94,8 @@ def test_an_option_for_a_robot_is_refused(
 ) -> None:
     assert main([command, motor, "--no-robot", option]) == 2
     name = option.partition("=")[0]
-    told = f"{name} is for a robot, and there is none; leave out {name}, or --no-robot"
+    told = f"{name} needs a robot, and the program runs without one; "
+    told += f"leave out {name}, or leave out --no-robot"
     assert told in capsys.readouterr().err
 
 
@@ -102,7 +103,7 @@ def test_an_option_for_a_robot_is_refused(
 def test_a_stimulus_for_a_robot_is_refused(motor: str, capsys: Captured, key: str) -> None:
     Path("r.toml").write_text(f'at = [\n  {{ time = "1s", {key} }},\n]\n')
     assert main(["run", motor, "--no-robot", "--stimulus", "r.toml"]) == 2
-    told = f"r.toml:2: {key.partition(' ')[0]!r} is for a robot, and there is none"
+    told = f"r.toml:2: {key.partition(' ')[0]!r} needs a robot, and the program runs without one"
     assert told in capsys.readouterr().err
 
 
@@ -155,11 +156,11 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
     launch = {"sources": motor, "for": "1s", "stimulus": "s.toml"}
     with pytest.raises(InputError, match="no process image"):
         launched(launch, [])
-    with pytest.raises(InputError, match="noRobot is neither true nor false"):
+    with pytest.raises(InputError, match="noRobot is not true or false"):
         launched({**launch, "noRobot": "yes"}, [])
-    with pytest.raises(InputError, match="--rpi is for a robot"):
+    with pytest.raises(InputError, match="--rpi needs a robot"):
         launched({**launch, "noRobot": True, "rpi": "20ms"}, [])
-    with pytest.raises(InputError, match="--rpi is for a robot"):
+    with pytest.raises(InputError, match="--rpi needs a robot"):
         launched({**launch, "rpi": "10ms"}, [], alone=True)
     for machine in (
         launched({**launch, "noRobot": True}, []).machine,

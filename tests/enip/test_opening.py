@@ -155,5 +155,5 @@ def test_the_multiplier_gives_at_least_the_time_out(timeout_us: int, coded: int)
 
 
 def test_a_time_out_beyond_512_intervals_is_bad_input() -> None:
-    with pytest.raises(InputError, match=r"6000 ms cannot be asked for; .* 5120 ms"):
+    with pytest.raises(InputError, match=r"6000 ms cannot be requested; .* 5120 ms"):
         multiplier_of(6_000_000, 10_000)

@@ -1,4 +1,4 @@
-"""Files that a user names: what is no plain file, or too large, is one message and never read."""
+"""Files that a user names: what is a special file, or too large, is one message and never read."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class StationLine(NetworkLine):
     def read(self) -> bytes:
         """Return the area that the controller sent last."""
         if self.lost_after_us is not None and self.now_us >= self.lost_after_us:
-            raise LostError("no packets come any more")
+            raise LostError("no packets arrive any more")
         return self._images.to_master.read()
 
     def wait(self, us: int) -> None:

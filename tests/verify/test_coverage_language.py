@@ -64,8 +64,8 @@ def test_a_pointer_behind_and_then_is_followed_only_where_it_leads_somewhere(run
     first, second = (one.judged for one in decision.conditions)
     assert (set(first.values), set(second.values)) == ({False}, set())
     assert _open(result)[-2:] == [
-        "10: no MC/DC of P <> 0 in P <> 0 AND_THEN P^ > 3",
-        "10: no MC/DC of P^ > 3 in P <> 0 AND_THEN P^ > 3",
+        "10: no MC/DC for P <> 0 in P <> 0 AND_THEN P^ > 3",
+        "10: no MC/DC for P^ > 3 in P <> 0 AND_THEN P^ > 3",
     ]
 
 
@@ -439,8 +439,6 @@ def test_a_report_writes_over_its_own_files_only(result: FileResult, tmp_path: P
     write_report([result], folder, "cell", tmp_path)
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
     (folder / "P.html").write_text("mine")
-    with pytest.raises(
-        InputError, match=r"P\.html: is there already, and is not a coverage report"
-    ):
+    with pytest.raises(InputError, match=r"P\.html: already exists and is not a coverage report"):
         write_report([result], folder, "cell", tmp_path)
     assert (folder / "P.html").read_text() == "mine"

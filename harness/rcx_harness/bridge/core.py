@@ -73,7 +73,7 @@ class Registers:
             if not 0 <= first <= _LAST - self.words:
                 raise InputError(
                     f"{name} {first}: there are no registers {first} to {first + self.words}",
-                    hint=f"with {self.size} bytes it can be 0 to {_LAST - self.words}",
+                    hint=f"with {self.size} bytes use 0 to {_LAST - self.words}",
                 )
         if abs(self.read - self.write) <= self.words:
             raise InputError(
@@ -258,7 +258,7 @@ class Bridge:
     def _clearing(self, now_us: int, plc: PlcSeen) -> tuple[State, str]:
         """Check whether the PLC has seen the loss and holds no command any more."""
         if self._zero_us is None or now_us - self._zero_us < self._limits.hold_us:
-            return State.CLEARING, "it is being told that there was no connection"
+            return State.CLEARING, "it is being informed that there was no connection"
         if self._limits.beat_us and self._beats < _SCANS:
             return State.CLEARING, "its program has not run since"
         words = words_of(plc.area)

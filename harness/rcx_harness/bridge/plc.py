@@ -86,7 +86,7 @@ class PlcLink:
             what = f"reading of holding registers {start} to {start + count - 1}"
             answer = self._ask("read_holding_registers", what, start, count=count)
             if len(answer.registers) != count:
-                raise self._failure(f"{what}: {len(answer.registers)} registers came")
+                raise self._failure(f"{what}: {len(answer.registers)} registers were received")
             words += answer.registers
         return tuple(words)
 
@@ -136,4 +136,4 @@ def _cause(error: Exception, timeout_s: float) -> str:
         return f"no answer within {timeout_s * 1e3:g} ms"
     if isinstance(error, OSError):
         return str(error)
-    return "the connection was closed, or the answer is none of Modbus"
+    return "the connection was closed, or the answer is not Modbus"

@@ -342,7 +342,7 @@ class Cell(Bench):
         found = [one.network for one in self._nodes if isinstance(one.network, PacketNetwork)]
         if len(found) < len(self._nodes):
             hint = "run it without --realtime and --connect"
-            raise InputError("that befalls a PLC in virtual time only", hint=hint)
+            raise InputError("packet intervals can be changed in virtual time only", hint=hint)
         return found
 
     def give_area(self, area: bytes | None, connected: bool = True, *, controller: int = 1) -> None:
@@ -359,12 +359,16 @@ class Cell(Bench):
         """Raise InputError if a controller is external: it supports neither events nor hold."""
         if any(node.far for node in self._nodes):
             hint = "leave events, hold and release out"
-            raise InputError("nothing befalls a controller that runs elsewhere", hint=hint)
+            raise InputError(
+                "an external controller accepts neither events nor hold and release", hint=hint
+            )
 
     def _node(self, controller: int) -> Node:
         number = isinstance(controller, int) and not isinstance(controller, bool)
         if not number or not 1 <= controller <= len(self._nodes):
-            raise InputError(f"no controller {controller!r}; the cell has {len(self._nodes)}")
+            raise InputError(
+                f"there is no controller {controller!r}; the cell has {len(self._nodes)}"
+            )
         return self._nodes[controller - 1]
 
     @property

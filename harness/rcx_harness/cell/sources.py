@@ -42,9 +42,9 @@ def library_folder(lib: str | Path | None) -> Path:
 
 
 def library_names(lib: str | Path | None = None) -> Names:
-    """Return the names that a library declares in the file beside its folder.
+    """Return the names that a library declares; they are listed in a file beside its folder.
 
-    A copy without such a file is a copy of the library of this package.
+    A folder without such a file counts as a copy of this package's library.
     """
     places = [default_lib()] if lib is None else [Path(lib), default_lib()]
     files = [folder.parent / _NAMES for folder in places]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,6 +21,9 @@ from structured_text.language.portability import LintFinding, lint, unportable
 from structured_text.language.project import Project
 from structured_text.projects.sources import SourceFiles
 
+if TYPE_CHECKING:
+    from structured_text.engines.matiec.faults import Place
+
 __all__ = ["check"]
 
 #: Endings of robot programs, and of files with all data of a controller.
@@ -31,26 +35,26 @@ def check(
     lib: Lib = None,
     replace: Replace = None,
     lint_only: Annotated[
-        bool, typer.Option("--lint", help="Only the portability rules; they bind every file.")
+        bool, typer.Option("--lint", help="Check the portability rules only, for every file.")
     ] = False,
     tool: Annotated[
         str | None,
         typer.Option("--for", help=f"Only what this tool refuses: {', '.join(tools())}."),
     ] = None,
 ) -> None:
-    """Check ST sources: syntax, types, portability, calls; with matiec too, where it is found.
+    """Check ST sources: syntax, types, portability, calls; also with matiec if it is installed.
 
-    Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea. The commonest
-    first mistakes, as a pin Connected that is not wired, are warnings.
+    Each block of a robot must be called once per scan, between FB_ReadArea and FB_WriteArea. Common
+    first mistakes, such as a pin Connected that is not wired, are warnings.
 
     Robot programs (.PGM) and files with all data of a controller (.ALL) are checked, too: all
     statements, blocks, labels, ports and tasks.
 
-    With --for: what that tool refuses of your files, or may refuse, where no public document says.
+    With --for NAME the command also lists what this PLC tool refuses in your files, and what it
+    may refuse because no public document answers the question.
 
-    Exit code: 0 if all is well (warnings, and what may be refused, allowed), 1 if a rule of the
-    library or of its calls is broken, or the tool of --for is known to refuse something, 2 on an
-    error in the sources.
+    Exit code: 0 if there are at most warnings, 1 if a rule of the library or of its calls is broken
+    or the tool of --for is known to refuse something, 2 on an error in the sources.
     """
     if tool is not None and tool not in tools():
         raise InputError(f"--for {tool}: no such tool", hint=f"use {', '.join(tools())}")
@@ -84,6 +88,8 @@ def check(
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
         findings += [LintFinding(*one, strict=False) for one in first_mistakes(users, library)]
         findings += unportable(project.uses if project else (), library)
+        faulty = _faults(project, library)
+        findings += [LintFinding(one.file, one.at, one.text, strict=False) for one in faulty]
         findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:
         print(legible(str(finding)))
@@ -95,7 +101,7 @@ def check(
         warnings = counted(len(findings) - strict, "warning")
         print(
             f"{files_read} checked with the library: no errors, {broken}, {warnings}"
-            f"{_compile(sources, project)}"
+            f"{_compile(sources, project, faulty)}"
         )
     if strict:
         raise typer.Exit(1)
@@ -104,7 +110,7 @@ def check(
 def _refused(
     tool: Tool, sources: SourceFiles, project: Project, program: list[Path] | None
 ) -> None:
-    """Print what a tool refuses, or may refuse; exit code 1 if anything is certain."""
+    """Print the constructs that a tool (perhaps) refuses; end with 1 if a refusal is certain."""
     found = refused(tool, sources, project, program)
     for one in found:
         print(legible(str(one)))
@@ -119,10 +125,21 @@ def _refused(
         raise typer.Exit(1)
 
 
-def _compile(sources: SourceFiles, project: Project | None) -> str:
+def _faults(project: Project | None, library: Collection[Path]) -> list[Place]:
+    """Return the known faults of matiec that concern the program, if matiec takes it at all."""
+    if project is None or project.uses:
+        return []
+    from structured_text.engines.matiec.faults import places, warnings
+
+    return warnings(places(project, library))
+
+
+def _compile(sources: SourceFiles, project: Project | None, faulty: Sequence[Place]) -> str:
     """Compile with matiec too, if there is something to run that it knows."""
     if project is not None and project.uses:
         return "; not portable: it runs on the built-in engine only"
+    if any(one.fault.refused for one in faulty):
+        return "; matiec cannot compile it: it runs on the built-in engine only"
     from structured_text.engines.matiec.build import find_matiec
     from structured_text.engines.native.toolchain import find_c_compiler
 
@@ -133,5 +150,13 @@ def _compile(sources: SourceFiles, project: Project | None) -> str:
         return "; no PROGRAM among them, nothing for matiec to compile"
     from structured_text.engines.matiec.program import MatiecProgram
 
-    MatiecProgram.build(load(sources.all), matiec, compiler).close()
+    try:
+        MatiecProgram.build(load(sources.all), matiec, compiler).close()
+    except InputError as error:
+        return f"; the built-in engine runs it, matiec does not: {error}"
+    from structured_text.engines.matiec.faults import is_new
+
+    other = "old" if is_new(matiec) else "new"
+    if any(one.fault.versions != other for one in faulty):
+        return "; matiec compiles them too, with the faults above: use the built-in engine"
     return "; matiec compiles them too"

@@ -28,21 +28,21 @@ def import_(
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")],
     force: Annotated[
-        bool, typer.Option("--force", help="Write over files of the same names.")
+        bool, typer.Option("--force", help="Overwrite files of the same names.")
     ] = False,
 ) -> None:
     """Write the Structured Text of a project as .st files, one for each declaration.
 
-    Not needed to run it: `rcx run` and `rcx check` take the project itself.
+    You do not need it to run a project: `rcx run` and `rcx check` read the project itself.
 
-    Exit code: 0; 1 if a body is in another language: its file has the interface, and a comment
-    where the body is to be written; 2 on bad input, and where a file exists.
+    Exit code: 0; 1 if a body is in another language: its file has the interface, and a comment in
+    place of the body; 2 on bad input or if a file exists.
     """
     named = named_files(files)
     for file in named:
         if not is_project(file):
             raise InputError(
-                "is Structured Text already, or nothing that is read",
+                "is already Structured Text, or is not a project that can be read",
                 file=file,
                 hint="name a PLCopen .xml, a TwinCAT folder or .plcproj, an .L5X or an .scl",
             )
@@ -52,9 +52,9 @@ def import_(
     if there and not force:
         others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""
         raise InputError(
-            f"is there already{others}; nothing was written",
+            f"already exists{others}; nothing was written",
             file=there[0],
-            hint="name another folder, or write over them with --force",
+            hint="name another folder, or overwrite them with --force",
         )
     replace_files({out / name: text for name, text in texts.items()})
     for note in project.notes:

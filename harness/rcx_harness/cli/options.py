@@ -44,11 +44,13 @@ Sources = Annotated[
 #: Files with bodies for POUs of a project.
 Replace = Annotated[
     list[str] | None,
-    typer.Option(help="Take this ST file for a POU of a project: POU=file.st. May be repeated."),
+    typer.Option(
+        help="Use this ST file instead of a POU of a project: POU=file.st. May be repeated."
+    ),
 ]
 #: The library to use.
 Lib = Annotated[
-    Path | None, typer.Option(help="Folder of the library. Default: that of this package.")
+    Path | None, typer.Option(help="Folder of the library. Default: the library in this package.")
 ]
 
 _Options = TypeVar("_Options")
@@ -111,7 +113,7 @@ def counted(number: int, what: str) -> str:
 def check_port(option: str, number: int) -> None:
     """Raise InputError if the number is not a TCP or UDP port."""
     if not 1 <= number <= 0xFFFF:
-        raise InputError(f"{option} {number} is not a port", hint="ports are 1 to 65535")
+        raise InputError(f"{option} {number} is not a port", hint="use 1 to 65535")
 
 
 def check_ipv4(option: str, text: str) -> None:
@@ -135,7 +137,7 @@ def interval_us(option: str, text: str) -> int:
     """Return a packet interval in microseconds."""
     given_us = duration_us(option, text)
     if not SHORTEST_RPI_US <= given_us <= LONGEST_RPI_US:
-        hint = "it can be 1ms to 3200ms"
+        hint = "use 1ms to 3200ms"
         raise InputError(f"{option} {text} is not a packet interval", hint=hint)
     return given_us
 
@@ -148,7 +150,7 @@ def host_port(option: str, text: str, port: int) -> tuple[str, int]:
         port = int(number) if right else 0
     if not host or not 1 <= port <= 0xFFFF:
         raise InputError(
-            f"{option} {text!r:.60} is no address",
+            f"{option} {text!r:.60} is not an address",
             hint="write it as 192.168.0.10 or 127.0.0.1:5020",
         )
     return host, port

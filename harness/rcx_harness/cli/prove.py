@@ -22,7 +22,7 @@ __all__ = ["prove"]
 if TYPE_CHECKING:
     from structured_text.prove.user import Result
 
-#: Columns where it is no terminal that is printed to.
+#: Width of the output [columns] if it is not a terminal.
 _WIDE = 200
 #: Results that do not cause exit code 1.
 _GOOD = ("proved", "noted")
@@ -36,26 +36,26 @@ def prove(
     replace: Replace = None,
     limit: Annotated[str, typer.Option(help="Time for each property.")] = "60s",
     scan: Annotated[
-        str, typer.Option(help="Period of the PLC in the runs that are found.")
+        str, typer.Option(help="Scan period in the runs that break a property.")
     ] = "10ms",
     out: Annotated[
-        Path, typer.Option(help="Folder for the stimulus files and charts of these runs.")
+        Path, typer.Option(help="Folder for the stimulus files and charts of such runs.")
     ] = Path("out/prove"),
     overflow: Annotated[
-        bool, typer.Option("--overflow", help="Arithmetic has to stay in its type, too.")
+        bool, typer.Option("--overflow", help="Also require that arithmetic stays within its type.")
     ] = False,
     no_robot: Annotated[
-        bool, typer.Option("--no-robot", help="The program alone: no areas, no controller.")
+        bool, typer.Option("--no-robot", help="Check the program alone: no areas, no controller.")
     ] = False,
     robot: Annotated[
         list[Path] | None,
-        typer.Option(help="Not taken: a proof holds for every answer of the robot."),
+        typer.Option(help="Not allowed: a proof holds for every answer of the robot."),
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Prove a program: in every run, with every answer of the robot and every input.
+    """Prove properties of a program for every run, every answer of the robot and every input.
 
-    Arithmetic that may leave its type is noted.
+    Arithmetic that may exceed the range of its type is noted.
 
     Exit code: 0 if all is proved or noted, 1 if anything is refuted or unknown, 2 on bad input.
     """

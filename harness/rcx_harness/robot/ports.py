@@ -19,7 +19,7 @@ _FIRST_FREE = 2  # ports 0 and 1 are dedicated, as are words 0 and 1
 _WORDS = range(_FIRST_FREE, 16)
 _EXTENDED = range(24, 128)
 
-#: Ports outside of the areas: number of ports of each kind. SI and SO are those from 16() on.
+#: Ports outside of the areas: number of ports of each kind. SI and SO begin at 16().
 _BANKS = {"DI": 24, "DO": 24, "MO": 24, "LO": 2, "TO": 1, "SI": 24, "SO": 24}
 #: Kinds of internal outputs: memory in the controller.
 _INTERNAL = ("MO", "LO", "TO")
@@ -93,10 +93,10 @@ def _other(text: str, kind: str, number: int, bit: int | None) -> Port:
 
 
 def _word(text: str, output: bool, *, double: bool, number: int) -> Port:
-    free = number in _WORDS or number in _EXTENDED  # each begins even and ends odd
+    free = number in _WORDS or number in _EXTENDED  # word ports begin at even numbers
     if not free or (double and number % 2):
         hint = "words 2 to 15 are free, 24 to 127 in the extended area; double words are even"
-        raise InputError(f"{text} is no general-purpose word", hint=hint)
+        raise InputError(f"{text} is not a general-purpose word", hint=hint)
     return Port(text, output, 2 * number, 4 if double else 2)
 
 

@@ -68,7 +68,7 @@ def check_settings(config: pytest.Config) -> None:
         _replacements(project(config), settings.get("replace", {}))
         folder = artifacts(config)
         if folder is not None and folder.exists() and not folder.is_dir():
-            raise InputError("is no folder", file=folder, hint="give another --rcx-artifacts")
+            raise InputError("is not a folder", file=folder, hint="give another --rcx-artifacts")
         _engine(settings)
         if is_on(config, "coverage") and settings.get("engine", "auto") not in ("auto", "builtin"):
             hint = f"leave out the engine {settings['engine']}, or the coverage"

@@ -234,7 +234,7 @@ class Bench:
             InputError: no such event, or arguments that it does not take.
         """
         if event not in EVENTS:
-            raise InputError(f"no event {event!r}", hint=f"events are {', '.join(EVENTS)}")
+            raise InputError(f"unknown event {event!r}", hint=f"use {', '.join(EVENTS)}")
         checked(EVENTS, event, args)(self, 1)
 
     def stop_plc(self, *, power: bool = False) -> None:
@@ -258,7 +258,9 @@ class Bench:
         """Call `action` at `t_us`, before anything else that happens at that time."""
         whole("t_us", t_us, 0, _NEVER)
         if t_us < self.now_us:
-            raise InputError(f"{format_us(t_us)} has passed; it is {format_us(self.now_us)}")
+            raise InputError(
+                f"{format_us(t_us)} is in the past: the time is {format_us(self.now_us)}"
+            )
         self._agenda.add(t_us, STIMULUS, lambda _: action())
 
     @property

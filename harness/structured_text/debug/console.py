@@ -137,7 +137,7 @@ class Console:
 
     def _changed(self, apply: Any) -> str:
         later = self._debugger.edit(apply)
-        return "what had run after this moment has not happened now" if later else ""
+        return "the scans after this one were discarded" if later else ""
 
     # --- watching ---
 

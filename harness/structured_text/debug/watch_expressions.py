@@ -63,7 +63,11 @@ class Compiled:
         try:
             return self.run(*(variables.get(name) for name in self.names))
         except _FAULTS as error:
-            said = str(error) if isinstance(error, ProgramError) else "has no value here"
+            said = (
+                str(error)
+                if isinstance(error, ProgramError)
+                else "the expression has no value here"
+            )
             if isinstance(error, ZeroDivisionError):
                 said = "division by zero"
             raise InputError(f"{self.text}: {said}") from None
@@ -105,7 +109,7 @@ class WatchExpressions:
             raise InputError(f"{text}: {error.message}", hint=error.hint) from None
         if any(isinstance(one, t.CallMethod) for one in nodes(node)):
             hint = "methods may change the program; look at the variables instead"
-            raise InputError(f"{text}: a method is not called from here", hint=hint)
+            raise InputError(f"{text}: a watch expression cannot call a method", hint=hint)
         return self._written(scope, node, text)
 
     def of_node(self, pou: t.Pou, node: t.Expression, text: str) -> Compiled:
@@ -134,7 +138,9 @@ class WatchExpressions:
 @lru_cache(maxsize=256)
 def syntax_of(text: str) -> s.Expression:
     """Parse an expression, or raise InputError."""
-    wrong = InputError(f"{text!r} is not an expression of Structured Text", hint="as Count + 1 > 3")
+    wrong = InputError(
+        f"{text!r} is not an expression of Structured Text", hint="write it as Count + 1 > 3"
+    )
     source = read_text(f"{_HEAD}HarnessHere := (\n{text}\n);\nEND_FUNCTION\n", _HERE)
     if source.errors:
         raise InputError(f"{text}: {source.errors[0].message}", hint=source.errors[0].hint)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from structured_text.engines.base import Program
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.collector import collecting
-from structured_text.engines.matiec.build import MISSING, find_matiec
+from structured_text.engines.matiec.build import MISSING, Matiec, find_matiec
 from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_compiler
 from structured_text.engines.strucpp.build import MISSING_STRUCPP, find_strucpp
 from structured_text.errors import InputError
@@ -31,7 +31,8 @@ class Built:
 
     Attributes:
         program: The program, ready for its first scan.
-        notice: One line that says why `auto` did not use matiec; else empty.
+        notice: One line that says why `auto` did not use matiec; on matiec the warnings about its
+            known faults, one a line; else empty.
         retained: Paths of the variables that keep their values over a warm start.
     """
 
@@ -45,7 +46,9 @@ _OF_MATIEC = ("a standard function of dates or BCD",)
 
 
 @uncollected()
-def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
+def build(
+    paths: Sequence[Path | str], engine: str = "auto", tested: Collection[Path] = ()
+) -> Built:
     """Check ST sources and compile them.
 
     Raise InputError if the sources contain an error (with file and line), the engine is unknown or
@@ -54,17 +57,20 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
     Args:
         paths: The ST files, in any order.
         engine: `matiec`, `builtin`, `strucpp` or `auto`. `auto` takes matiec if it and a C
-            compiler are found and the program is portable. Else, or if coverage is counted,
-            it takes the built-in engine. STruC++ runs only if it is named.
+            compiler are found, the program is portable and no known fault of matiec concerns it.
+            Else, or if coverage is counted, it takes the built-in engine. STruC++ runs only if it
+            is named.
+        tested: Files that were tested with matiec, as those of a library; its known faults are not
+            looked for in them.
     """
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
     project = load([path if isinstance(path, Path) else Path(path) for path in paths])
-    program, notice = _compiled(project, engine)
+    program, notice = _compiled(project, engine, tested)
     return Built(program, notice, _retained(project))
 
 
-def _compiled(project: Project, engine: str) -> tuple[Program, str]:
+def _compiled(project: Project, engine: str, tested: Collection[Path]) -> tuple[Program, str]:
     """Return the program on an engine, and a notice about the choice."""
     collector = collecting()
     if engine == "auto" and collector is not None:
@@ -85,9 +91,7 @@ def _compiled(project: Project, engine: str) -> tuple[Program, str]:
     if collector is not None and compiled:
         collector.elsewhere.add(engine)
     if matiec is not None and compiler is not None:
-        from structured_text.engines.matiec.program import MatiecProgram
-
-        return MatiecProgram.build(project, matiec, compiler), ""
+        return _on_matiec(project, engine, tested, matiec, compiler)
     if strucpp is not None and compiler is not None:
         from structured_text.engines.strucpp.program import StrucppProgram
 
@@ -101,6 +105,29 @@ def _compiled(project: Project, engine: str) -> tuple[Program, str]:
             missing = "matiec found, but no C compiler (CC, cc, gcc, clang)"
         notice = f"{missing}: running on the built-in engine"
     return BuiltinProgram.build(project), notice
+
+
+def _on_matiec(
+    project: Project, engine: str, tested: Collection[Path], matiec: Matiec, compiler: str
+) -> tuple[Program, str]:
+    """Return the program on matiec; under `auto` on the built-in engine if matiec is not right."""
+    from structured_text.engines.matiec import faults
+    from structured_text.engines.matiec.program import MatiecProgram
+
+    found = faults.places(project, tested, faults.is_new(matiec))
+    if engine == "auto":
+        if found:
+            return BuiltinProgram.build(project), faults.why_builtin(found)
+        try:
+            return MatiecProgram.build(project, matiec, compiler), ""
+        except InputError as error:
+            where = f" ({Path(error.file).name}, line {error.line})" if error.file else ""
+            reason = error.message.removeprefix("matiec: ")
+            notice = f"matiec cannot compile the program{where}: {reason}"
+            return BuiltinProgram.build(project), f"{notice}: running on the built-in engine"
+    faults.refuse_faults(found)
+    program = MatiecProgram.build(project, matiec, compiler)
+    return program, "\n".join(f"warning: {one}" for one in faults.warnings(found))
 
 
 def why_not(engine: str) -> str:

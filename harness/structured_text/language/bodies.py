@@ -87,7 +87,7 @@ class _Statements:
         self._expressions = ExpressionChecker(scope)
         self._calls = _BlockCalls(self._expressions)
         self._loops = self._depth = 0
-        # Nodes made here: they must stay alive, because `ExpressionChecker` caches by `id`.
+        # Nodes created here must stay alive, because `ExpressionChecker` caches by `id`.
         self._made: list[s.Expression] = []
         self.assigned: set[t.Symbol] = set()
 
@@ -144,10 +144,10 @@ class _Statements:
             return t.Repeat(self._loop(node.body), self._condition(node.condition), node.at)
         if isinstance(node, s.Exit):
             if not self._loops:
-                raise self._scope.error("EXIT outside a loop", node.at)
+                raise self._scope.error("EXIT stands outside a loop", node.at)
             return node
         if isinstance(node, s.Continue) and not self._loops:
-            raise self._scope.error("CONTINUE outside a loop", node.at)
+            raise self._scope.error("CONTINUE stands outside a loop", node.at)
         assert isinstance(node, (s.Return, s.Continue))
         return node
 
@@ -305,7 +305,7 @@ class _Statements:
         end = self._expressions.check(node.end, kind)
         step = self._expressions.check(node.step, kind) if node.step else t.Constant(1, kind)
         if isinstance(step, t.Constant) and step.value == 0:
-            raise self._scope.error("a step of 0 never ends", node.at)
+            raise self._scope.error("a FOR loop with a step of 0 never ends", node.at)
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
 
     def _case(self, node: s.Case) -> t.Case:

@@ -43,7 +43,7 @@ __all__ = [
     "sources_key",
 ]
 
-#: Most entries of one kind in the folder, and in this process.
+#: Greatest number of entries of one kind in the folder, and in this process.
 IN_FOLDER, IN_PROCESS = 256, 48
 
 _KEY_SIZE = _SIGNATURE_SIZE = 32
@@ -210,11 +210,11 @@ def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
     if place is None:
         return make()
     entry = place / f"{key}.{kind}"
-    with suppress(Exception):  # missing or damaged: make it again
+    with suppress(Exception):  # missing or damaged: build it again
         found: _T = pickle.loads(content(entry))
         return found
     made = make()
-    with suppress(OSError, RecursionError):  # full disk, or too deep for pickle
+    with suppress(OSError, RecursionError):  # the disk is full, or pickle cannot nest so deep
         put(entry, pickle.dumps(made, protocol=5))
     return made
 

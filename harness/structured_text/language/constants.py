@@ -58,7 +58,7 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
     """
     if node.kind != "STRING" and "'" not in node.text and len(node.text) > _LONGEST:
         raise where.error(
-            f"a literal of {len(node.text)} characters: {node.text[:20]}...",
+            f"the literal has {len(node.text)} characters: {node.text[:20]}...",
             node.at,
             "no type holds such a value",
         )

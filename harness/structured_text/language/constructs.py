@@ -149,7 +149,7 @@ class Use:
 
     @property
     def instead(self) -> str:
-        """Return what to write instead."""
+        """Return the portable alternative for the message."""
         return _DETAILS.get(str(self), CONSTRUCTS[self.construct])
 
 

@@ -381,7 +381,7 @@ class Declarations(Types):
                 "declare it in VAR of the PROGRAM or VAR_GLOBAL",
             )
         if len(node.names) > 1:
-            raise where.error("one address for several variables", node.at)
+            raise where.error("one address cannot belong to several variables", node.at)
         if _is_record(kind) and parts[2] != "X" and "." not in parts[3]:
             where.note("a located structure", node.address.at)
             return text
@@ -476,7 +476,7 @@ class Scope:
         if known is None:
             known = self.declarations.global_symbol(key)
             assert known is not None
-            self.pou.symbols[f" {key}"] = known  # with a blank, as no name of the source has one
+            self.pou.symbols[f" {key}"] = known  # no name of a source has a blank
         return known
 
 

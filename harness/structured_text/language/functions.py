@@ -177,7 +177,7 @@ class Functions:
             if symbol is not None:
                 raise self._scope.error(f"{name} is a {describe(symbol.type)}, not a function", at)
             raise self._scope.error(
-                f"there is no function {name}", at, "name its file too, or look at the spelling"
+                f"there is no function {name}", at, "name its file, too, or check the spelling"
             )
         if key in _OPERATORS and len(node.arguments) <= 2:
             pairs = standard_arguments(node, FUNCTIONS[key], self._scope)
@@ -316,7 +316,9 @@ class Functions:
                 size = block_size(kind)
             if size is None:
                 raise self._scope.error(
-                    f"{key} is not supported for a {describe(kind)}", first.at, "each tool differs"
+                    f"{key} is not supported for a {describe(kind)}",
+                    first.at,
+                    "write the size as a number: the tools differ",
                 )
             value, default = size, "UDINT"
         else:

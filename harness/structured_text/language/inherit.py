@@ -31,7 +31,7 @@ class _Owner:
 
     @property
     def key(self) -> str:
-        """Return its upper-case name."""
+        """Return the upper-case name of the member."""
         return self.node.name.key
 
 
@@ -84,7 +84,7 @@ class Inheritance:
         key = last_name(node.extends)
         base = self._declarations.pous.get(key)
         if base is None or base.kind != "FUNCTION_BLOCK":
-            hint = "name its file too, or look at the spelling"
+            hint = "name its file, too, or check the spelling"
             known = self._declarations.is_known(key)
             message = f"{node.extends.text} is not a function block of these sources"
             raise where.error(message, node.extends.at, "" if known else hint)
@@ -143,7 +143,7 @@ class Inheritance:
         for name in interfaces:
             base = self._owners.get(last_name(name))
             if base is None or not isinstance(base.node, s.Interface):
-                hint = "name its file too, or look at the spelling"
+                hint = "name its file, too, or check the spelling"
                 self._report(where.error(f"there is no interface {name.text}", name.at, hint))
             else:
                 self.objects.bases[owner.key].append(last_name(name))
@@ -181,7 +181,7 @@ class Inheritance:
             is_open = isinstance(symbol.type, ArrayType) and symbol.type.open
             copied = not is_open and not has_block(symbol.type)
             if symbol.section == "VAR_IN_OUT" and symbol.constant and copied:
-                symbol.section = "VAR_INPUT"  # It also takes values and returns none.
+                symbol.section = "VAR_INPUT"  # SET takes a value and returns nothing.
         result = None
         key = f"{owner.key}.{name.upper()}"
         if node.result is not None:

@@ -1,4 +1,4 @@
-"""The lexer: splits text into tokens and records what is not portable or not valid.
+"""The lexer: splits text into tokens and records constructs that are not portable or not valid.
 
 Three decisions need more than the characters of a token. First, many words are keywords only in
 some places, so that programs may use them as names elsewhere; `words.Context` decides that.
@@ -19,6 +19,7 @@ from lark import Token
 
 from structured_text.errors import InputError
 from structured_text.language.constructs import Use
+from structured_text.language.foreign import JUMPS
 from structured_text.language.source import origin
 from structured_text.language.syntax import Name, Position
 from structured_text.language.words import OBJECT_WORDS, Context
@@ -96,7 +97,7 @@ _UNSUPPORTED = {
     ),
     "CLASS": "classes; write a FUNCTION_BLOCK",
     **dict.fromkeys(("VAR_ACCESS", "VAR_CONFIG"), "access paths"),
-    **dict.fromkeys(("JMP", "GOTO"), "jumps"),
+    **dict.fromkeys(("JMP", "GOTO"), ""),
 }
 #: Tokens before a name that is declared or used: such a word is the name.
 _BEFORE_NAMES = frozenset(
@@ -132,6 +133,8 @@ _PATTERN = re.compile(
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
 
+#: Most lines of a string that is taken for one of several lines.
+_MOST_LINES = 100
 #: Longest name, and how much of a longer name a message shows [characters].
 _LONGEST_NAME, _SHOWN = 1_000, 40
 _LITERALS = ("TYPED", "INTEGER", "REALNUM", "STRING", "DIRECT", "PART")
@@ -219,8 +222,8 @@ class _Lexer:
                 kind = PUNCTUATION[value]
             elif kind == "IDENT":
                 if len(value) > _LONGEST_NAME:
-                    text = f"a name of {len(value):,} characters: {value[:_SHOWN]}..."
-                    self._refuse(text, offset, f"the limit is {_LONGEST_NAME:,}")
+                    text = f"this name has {len(value):,} characters: {value[:_SHOWN]}..."
+                    self._refuse(text, offset, f"use at most {_LONGEST_NAME:,}")
                     value = value[:_SHOWN]
                 word = value.upper()
                 if word in _SPELLINGS:
@@ -249,9 +252,11 @@ class _Lexer:
                     else:
                         kind = self._name(value, word, offset, behind)
             elif kind == "unknown" and value in "'\"":
-                self._unknown(kind, value, offset)
-                kind, behind = "STRING", self._line_end(offset)
-                value = "''"
+                behind = self._behind_lines(value, offset)
+                if behind < 0:
+                    self._unknown(kind, value, offset)
+                    behind = self._line_end(offset)
+                kind, value = "STRING", "''"
             elif kind not in _LITERALS:
                 behind = self._skipped(kind, value, offset, behind)
                 if behind < 0:
@@ -260,7 +265,7 @@ class _Lexer:
             elif kind in ("INTEGER", "REALNUM"):
                 if text[behind : behind + 1].isalnum():
                     hint = "write reals as 1.0E3, hexadecimal as 16#FF"
-                    self._refuse("a malformed number", offset, hint)
+                    self._refuse("this number is malformed", offset, hint)
                 elif kind == "REALNUM" and "." not in value:
                     self._note("a number such as 1E3", offset)
             if kind == "SEMICOLON":
@@ -276,6 +281,24 @@ class _Lexer:
         if word not in _ACCESS or self._previous not in ("TYPE", "PROGRAM"):
             return False
         return re.match(r"\s+[A-Za-z_]", self._text[behind : behind + 40]) is not None
+
+    def _behind_lines(self, quote: str, offset: int) -> int:
+        """Report a string of several lines and return the offset behind it; -1 for any other.
+
+        It ends in one of the next lines, and the first line does not end like a statement.
+        """
+        end = self._line_end(offset)
+        closing = self._text.find(quote, end)
+        behind = self._text[closing + 1 : closing + 40].lstrip(" \t")[:1]
+        if (
+            closing < 0
+            or self._text.count("\n", offset, closing) > _MOST_LINES
+            or behind not in (*";,)+", "\n")
+            or self._text[offset:end].rstrip().endswith(";")
+        ):
+            return -1
+        self._refuse("a string must end on its line", offset, "write $N for each end of a line")
+        return closing + 1
 
     def _line_end(self, offset: int) -> int:
         line = bisect_right(self._starts, offset)
@@ -304,7 +327,11 @@ class _Lexer:
             and self._previous not in _BEFORE_NAMES
             and _MEANT.match(self._text, behind)
         ):
-            self._refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset)
+            what = _UNSUPPORTED[word]
+            if what:
+                self._refuse(f"{word} is not supported ({what})", offset)
+            else:
+                self._refuse(JUMPS, offset, "use IF, or a loop with EXIT")
         elif word in ("R_EDGE", "F_EDGE") and self._previous == "IDENT":
             self._refuse(f"{word} is not supported (edge qualifiers)", offset, "use an R_TRIG")
         if "__" in word or word.endswith("_"):
@@ -385,7 +412,7 @@ class _Lexer:
     def _unknown(self, kind: str, value: str, offset: int) -> None:
         """Report characters that do not begin any token."""
         if kind == "pragma":
-            self._refuse("a } without {", offset, "remove it")
+            self._refuse("this } has no {", offset, "remove it")
         elif value in ("'", '"'):
             hint = f"end it with {value} on the same line"
             self._refuse("this string is never closed", offset, hint)

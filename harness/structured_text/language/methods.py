@@ -182,7 +182,7 @@ class Methods:
             return None
         if isinstance(first, s.Name) and not self._all.is_variable(first):
             text = f"there is no variable or namespace {first.text}"
-            raise self._scope.error(text, first.at, "name its file too, or look at the spelling")
+            raise self._scope.error(text, first.at, "name its file, too, or check the spelling")
         final = isinstance(callee.base, s.This) and callee.base.above
         base = self._all.base(callee.base)
         method = self._objects.method(base.type, callee.name.key)

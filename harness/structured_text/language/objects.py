@@ -8,7 +8,7 @@ from structured_text.language.types import BlockType, InterfaceType, Type
 __all__ = ["INIT", "INIT_PARAMETERS", "START", "Objects"]
 
 #: Names in CODESYS of the methods that start a block. They are composed here, because names of
-#: library blocks begin with the same prefix: a search for such names must find none in here.
+#: library blocks begin with the same prefix: a search for them must not find this module.
 _BLOCK = "FB"
 INIT, START = f"{_BLOCK}_init", f"{_BLOCK}_start"
 #: Number of standard parameters of an `INIT`, before its own.

@@ -24,10 +24,15 @@ from structured_text.language import cache
 from structured_text.language import syntax as s
 from structured_text.language.building import Statements, name_of, nodes_of, position_of
 from structured_text.language.constructs import refuse
+from structured_text.language.foreign import (
+    corrected,
+    not_structured_text,
+    one_for_all,
+)
 from structured_text.language.lexer import EXCEPTIONS, KEYWORDS, PUNCTUATION, Notes, tokens
 from structured_text.language.pou_names import with_names
 from structured_text.language.recovery import read_tokens
-from structured_text.language.source import source_text, title_of
+from structured_text.language.source import Extract, source_text, title_of
 from structured_text.language.words import ACCESSORS
 from structured_text.output.limits import MOST_TOKENS
 
@@ -56,13 +61,13 @@ class _Detailed:
     items: tuple[tuple[s.Expression, s.Expression | None], ...]
 
     def of_type(self, builder: _Builder) -> s.EnumSpec:
-        """Return its meaning in a TYPE: an enumeration with a base type."""
+        """Return the meaning of the brackets in a TYPE: an enumeration with a base type."""
         members = [(item, value) for item, value in self.items if isinstance(item, s.Name)]
         base = s.NamedSpec(self.name, self.name.at)
         return builder.enumeration(members, base, self.name.at)
 
     def of_variable(self) -> s.NamedSpec:
-        """Return its meaning elsewhere: a block with initial arguments."""
+        """Return the meaning of the brackets outside a TYPE: a block with initial arguments."""
         arguments = tuple(
             s.Argument(item, value, False, item.at)
             if value is not None and isinstance(item, s.Name)
@@ -457,6 +462,9 @@ def read_text(text: str, file: Path) -> s.Source:
     found = list(islice(tokens(text, file, notes), MOST_TOKENS + 1))
     if len(found) > MOST_TOKENS:
         return s.Source(file, (), errors=(_too_many(found[-1], file),))
+    if not isinstance(file, Extract) and (error := not_structured_text(found, file)):
+        return s.Source(file, (), errors=(error,))
+    found = corrected(found, file, notes.errors.append)
     found = with_names(found, file, notes.uses)
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     declarations, errors = read_tokens(lark, found, file)
@@ -468,7 +476,7 @@ def read_text(text: str, file: Path) -> s.Source:
         _named(declarations, file, notes.pragmas),
         tuple(sorted(notes.uses, key=lambda use: use.at)),
         tuple(notes.pragmas),
-        tuple(every),
+        tuple(one_for_all(every)),
         nodes_of(declarations, s.Namespace),
         len(text),
         len(found),

@@ -38,7 +38,7 @@ _RESERVED_SINCE_2013 = (
     | {"CHAR", "CLASS", "CONTINUE", "END_CLASS", "LDATE", "LDATE_AND_TIME", "LDT", "LTIME", "LTOD"}
     | {"LTIME_OF_DAY", "NULL", "OVERLAP", "REF", "USTRING", "WCHAR"}
 )
-#: Most blocks in one declaration. With three, matiec crashes.
+#: Greatest number of blocks in one declaration. With three, matiec crashes.
 _MOST_BLOCKS = 2
 
 
@@ -54,7 +54,9 @@ class LintFinding:
     def __str__(self) -> str:
         """Return the finding as compilers print it."""
         kind = "rule" if self.strict else "warning"
-        return f"{self.file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
+        place = getattr(self.file, "place", None)  # of a source that has lines of two files
+        file, line = place(self.at.line) if place else (self.file, self.at.line)
+        return f"{file}:{line}:{self.at.column}: {kind}: {self.text}"
 
 
 def lint(

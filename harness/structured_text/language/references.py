@@ -107,7 +107,8 @@ class References:
         found = self._all.check(node, None)
         if isinstance(want, InterfaceType):
             if not self._scope.declarations.objects.is_a(found.type, want):
-                text = f"a {want.name} is expected here, and {describe(found.type)} is none"
+                have = describe(found.type)
+                text = f"a {want.name} is expected here, and {have} does not implement it"
                 raise self._scope.error(text, node.at, f"let it IMPLEMENT {want.name}")
             return found
         return self._fitted(found, want, node)
@@ -156,7 +157,7 @@ class References:
         raise self._scope.error(
             f"a {describe(want)} cannot lead to a {describe(_target(kind))}",
             node.at,
-            "only a pointer to data looks at memory as another type",
+            "use a pointer to data",
         )
 
     def _recast(self, found: t.Expression, want: ReferenceType, at: s.Position) -> t.Recast:
@@ -175,7 +176,9 @@ class References:
         assert isinstance(kind, ElementaryType)
         if place_of(base) is None:
             hint = "assign it to a variable first, or use MID"
-            raise self._scope.error("a text without a variable has no characters", at, hint)
+            raise self._scope.error(
+                "only characters of a variable can be accessed by their number", at, hint
+            )
         self._scope.note("a character of a text by its number", at)
         element = ELEMENTARY["BYTE" if kind.name == "STRING" else "WORD"]
         row = ArrayType("", ((0, string_length(kind)),), element)

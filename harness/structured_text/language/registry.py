@@ -95,7 +95,7 @@ class Registry:
                 other = self.configuration
                 self._report(
                     declared.error(
-                        "a second CONFIGURATION",
+                        "there is a second CONFIGURATION",
                         node.name.at,
                         f"the first is in {other.file}, line {other.node.at.line}; give the files "
                         "of one program only",
@@ -135,7 +135,7 @@ class Registry:
                         file=source.file,
                         line=space.at.line,
                         column=space.at.column,
-                        hint="name its file too, or look at the spelling",
+                        hint="name its file, too, or check the spelling",
                     )
                 )
 
@@ -172,7 +172,7 @@ class Registry:
         result: list[Declared] = list(self.interfaces.values())
 
         # Depth-first search. `done` is False for a declaration while its dependencies are visited,
-        # and True afterwards. To meet one that is False means that it uses itself. `levels` is the
+        # and True afterwards. A dependency that is still False uses itself. `levels` is the
         # length of the longest chain of dependencies, which the limit applies to, and the length
         # of `path` bounds the recursion.
         def visit(declared: Declared, path: tuple[str, ...]) -> None:

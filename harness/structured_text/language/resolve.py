@@ -141,7 +141,7 @@ class Types:
         seen: set[str] = set()
         for one in spec.members:
             if one.key in seen:
-                raise where.error(f"{one.text} is a member twice", one.at)
+                raise where.error(f"the member {one.text} is declared twice", one.at)
             if reserved(one.key) or one.key in (*self.registry.types, *self.registry.pous):
                 where.note("a variable called as something else", one.at)
             seen.add(one.key)
@@ -193,7 +193,7 @@ class Types:
                 initial = self.initial_value(declaration.initial, kind, where, initial)
             for field in declaration.names:
                 if field.key in seen:
-                    raise where.error(f"{field.text} is a field twice", field.at)
+                    raise where.error(f"the field {field.text} is declared twice", field.at)
                 seen.add(field.key)
                 fields.append((field.text, kind))
                 if spec.union:
@@ -211,7 +211,7 @@ class Types:
     def _check_overlaid(kind: Type, node: s.VarDecl, where: Declared) -> None:
         if has_address(kind):
             text = f"a field of a UNION cannot be a {describe(kind)}"
-            raise where.error(text, node.at, "only data lies in one memory with other data")
+            raise where.error(text, node.at, "use a STRUCT for it")
 
     def _array(self, name: str, spec: s.ArraySpec, where: Declared) -> tuple[Type, Any]:
         bounds = []
@@ -283,7 +283,7 @@ class Types:
         if key in UNSUPPORTED:
             raise where.error(f"the block {name} is not supported", spec.at)
         raise where.error(
-            f"there is no type {name}", spec.at, "name its file too, or look at the spelling"
+            f"there is no type {name}", spec.at, "name its file, too, or check the spelling"
         )
 
     def _nameless(
@@ -500,7 +500,9 @@ class Types:
             values = list(default)
             items = self._items(node.items, kind, where)
             if len(items) > len(values):
-                raise where.error(f"{len(items)} values for {len(values)} elements", node.at)
+                raise where.error(
+                    f"{len(items)} values are given for {len(values)} elements", node.at
+                )
             for position, item in enumerate(items):
                 if item is not None:
                     inner = later and later.element(kind, position)

@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
-__all__ = ["Extract", "Line", "origin", "source_text", "title_of"]
+__all__ = ["ELSEWHERE", "Extract", "Line", "origin", "source_text", "title_of"]
 
 if TYPE_CHECKING:
     _AnyPath = Path
@@ -24,6 +24,10 @@ _MARKS = {
     b"\xff\xfe": "UTF-16",
     b"\xfe\xff": "UTF-16",
 }
+
+
+#: Added to the number of a line that is not in the file of its extract, but in its `home`.
+ELSEWHERE = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -50,18 +54,26 @@ class Extract(_AnyPath):
     Attributes:
         lines: The text, or None for a plain path.
         title: Name for this source. It corresponds to the stem of a separate file.
+        home: File of the lines from `ELSEWHERE` on: the project, if the file is a replacing one.
     """
 
     lines: tuple[Line, ...] | None = None
     title: str = ""
+    home: str = ""
     _whole_hash: int | None = None
 
     @classmethod
-    def make(cls, file: Path, lines: tuple[Line, ...], title: str = "") -> Extract:
+    def make(cls, file: Path, lines: tuple[Line, ...], title: str = "", home: str = "") -> Extract:
         """Return the extract of a file."""
         made = cls(str(file))
-        made.lines, made.title = lines, title
+        made.lines, made.title, made.home = lines, title, home
         return made
+
+    def place(self, line: int) -> tuple[str, int]:
+        """Return the file and the line in it for the line of a message."""
+        if self.home and line > ELSEWHERE:
+            return self.home, line - ELSEWHERE
+        return str(self), line
 
     def __eq__(self, other: object) -> bool:
         """Return whether path and lines are equal."""
@@ -81,7 +93,7 @@ class Extract(_AnyPath):
         """Return how to pickle this path; without lines it becomes a plain path."""
         if self.lines is None:
             return Path, (str(self),)
-        return Extract.make, (str(self), self.lines, self.title)
+        return Extract.make, (str(self), self.lines, self.title, self.home)
 
 
 def source_text(file: Path) -> str:

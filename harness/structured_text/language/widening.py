@@ -87,7 +87,7 @@ def widening(source: str, target: str) -> str:
 
 
 def common(one: str, other: str) -> str:
-    """Return the type in which two types are calculated with and compared; empty if none.
+    """Return the type in which two types are calculated and compared, or an empty text.
 
     The result is the type that the other one widens to. For a signed and an unsigned integer it is
     the signed type that holds both. A bit string counts as the unsigned integer of its width. With

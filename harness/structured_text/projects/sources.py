@@ -15,7 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from structured_text.errors import COMMAND, InputError
+from structured_text.errors import InputError
 from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
@@ -33,7 +33,7 @@ __all__ = [
     "st_files",
 ]
 
-#: A file or folder, or several of them.
+#: One or several files or folders.
 Files = str | Path | Sequence[str | Path]
 #: Replacements of files, with resolved paths as keys: copies with an inserted error (`mutants`).
 INSTEAD: dict[Path, Path] = {}
@@ -264,13 +264,11 @@ def _expand(path: Path) -> list[Path]:
     if path.is_dir():
         found = st_files(path) or _project_in(path)
         if not found:
-            written = any(path.rglob("*.st"))
-            hint = (
-                f"one that `{COMMAND} export` has written is taken if you name the file"
-                if written
-                else ""
-            )
-            raise InputError("no .st files in this folder", file=path, hint=hint)
+            if any(path.rglob("*.st")):
+                raise InputError(
+                    "contains exported .st files only", file=path, hint="name a file to use it"
+                )
+            raise InputError("contains no .st file", file=path)
         return found
     if not os.path.lexists(path):
         raise InputError("no such file", file=path)

@@ -132,7 +132,7 @@ def read_plcproj(file: Path) -> Project:
         place = _below(file.parent, PureWindowsPath(named))
         if place is None:
             raise InputError(
-                f"names {named}, which is not there",
+                f"names {named}, which does not exist",
                 file=file,
                 line=item.at,
                 hint="copy the whole folder of the PLC project",
@@ -156,7 +156,7 @@ def _libraries(root: Element, file: Path) -> Iterator[str]:
 
 
 def _below(folder: Path, named: PureWindowsPath) -> Path | None:
-    """Return the file in a folder, whatever the case of its letters in the project; else None."""
+    """Return the file in a folder, ignoring the case of its name, or None."""
     place = folder
     for part in named.parts:
         step = place / part

@@ -69,7 +69,7 @@ def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
         copy.parent.mkdir(parents=True)
         copy.write_text(text, encoding="utf-8")
         lines = getattr(file, "lines", None)
-        if lines is not None:  # Extracted from a project file; it keeps the line numbers there.
+        if lines is not None:  # Extracted from a project file: use the line numbers of that file.
             changed = zip(lines, text.splitlines(), strict=True)
             copy = Extract.make(copy, tuple(replace(old, text=new) for old, new in changed))
         copies.append(copy)

@@ -111,7 +111,7 @@ class ExpressionTerms:
         if isinstance(node, t.CallFunction):
             result: Alternatives = self._call(node)
             return result
-        raise UnsupportedError(f"{type(node).__name__} of a structure or an array")
+        raise UnsupportedError(f"{type(node).__name__} of a structure or an array is not supported")
 
     def _position(self, node: t.Index) -> Value:
         """Return the row-major position of an element as DINT, from 0 on.
@@ -309,7 +309,9 @@ class ExpressionTerms:
             return self._mux(arguments, types[0], kind)
         if name in ("LEN", "LEFT", "MID", "CONCAT", "FIND"):
             if isinstance(kind, ElementaryType) and (kind.length or 0) > STRING_MAX:
-                raise UnsupportedError(f"{name} of texts longer than {STRING_MAX} characters")
+                raise UnsupportedError(
+                    f"{name} of texts longer than {STRING_MAX} characters is not supported"
+                )
             return self._text(name, arguments, types, kind)
         if name == "TRUNC":
             return self._cut(arguments[0], values.bits(kind), kind)
@@ -319,7 +321,7 @@ class ExpressionTerms:
             return reals.root(arguments[0], type_name(kind))
         if name in self._machine.summaries:
             return self._machine.summaries[name](self._machine, arguments)
-        raise UnsupportedError(f"the standard function {name}")
+        raise UnsupportedError(f"the standard function {name} is not supported")
 
     def _known(self, node: t.Standard, arguments: list[Value]) -> None:
         """Record arithmetic with known arguments that may leave its type."""
@@ -462,7 +464,7 @@ class ExpressionTerms:
         if source in ANY_CHARS and target in ANY_CHARS and "W" not in (source[0], target[0]):
             return self._text_cut(value, to)
         if source in ANY_CHARS or target in ANY_CHARS:
-            raise UnsupportedError(f"the conversion {node.name} of a value that is not constant")
+            raise UnsupportedError(f"the conversion {node.name} needs a constant")
         if target == "BOOL":
             if isinstance(value, reals.Real):
                 return reals.compare("<>", value, reals.constant(0.0, source))
@@ -492,7 +494,7 @@ class ExpressionTerms:
             if is_known(value):
                 return values.wrapped(to, value)
             return resized(value, from_, values.bits(to))
-        raise UnsupportedError(f"the conversion {node.name}")
+        raise UnsupportedError(f"the conversion {node.name} is not supported")
 
     def _text_cut(self, value: texts.Text, to: Type) -> Value:
         """Return a text or character converted to another STRING or a CHAR.
@@ -504,7 +506,7 @@ class ExpressionTerms:
             most = string_length(to)
             return texts.left(value, most) if value.most > most else value
         if value.most > 1 or not is_known(value.size) or value.size != 1:
-            raise UnsupportedError("the conversion STRING_TO_CHAR of a value that is not constant")
+            raise UnsupportedError("the conversion STRING_TO_CHAR needs a constant")
         return value
 
     def _to_moment(self, source: str, target: str, value: Value, node: t.Standard) -> Value:
@@ -518,7 +520,7 @@ class ExpressionTerms:
             same = source.removeprefix("L") == target.removeprefix("L")
             if same or target in ("DT", "LDT", *ANY_DURATION):
                 return value
-            raise UnsupportedError(f"the conversion {source}_TO_{target} of no constant")
+            raise UnsupportedError(f"the conversion {source}_TO_{target} needs a constant")
         if source == "BOOL":
             return values.choose(value, unit, 0, _TIME)
         if source in ANY_REAL:

@@ -210,7 +210,7 @@ class Machine(SymbolicMemory):
 
     def _run(self, frame: _Frame) -> None:
         if len(self._frames) > 60:
-            raise UnsupportedError("blocks and functions too deep inside each other")
+            raise UnsupportedError("blocks and functions are nested too deeply")
         self._frames.append(frame)
         at = self._at
         self._statements(frame.pou.body)
@@ -449,7 +449,7 @@ class Machine(SymbolicMemory):
 
         for count in range(_ROUNDS + 1):
             if count == _ROUNDS:
-                raise UnsupportedError(f"a loop of more than {_ROUNDS} rounds")
+                raise UnsupportedError(f"a loop has more than {_ROUNDS} rounds")
             if not enter(ends.first()):
                 break
             inner = self._statements(node.body)
@@ -492,7 +492,7 @@ class _Ends:
         return values.choose(values.compare(">", step, 0, kind), up, down, _BOOL)
 
     def last(self) -> Bool:
-        """Return the condition, after a round, under which the loop goes on; step a FOR counter."""
+        """Step a FOR counter, and return the condition under which the loop continues."""
         node = self._node
         if isinstance(node, t.Repeat):
             return negated(self._machine.expressions.exact(node.condition))

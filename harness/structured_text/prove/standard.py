@@ -88,7 +88,7 @@ def run(machine: _Machine, path: tuple[Any, ...], name: str) -> None:
     """Run one call, or raise UnsupportedError."""
     body = _BODIES.get(_kind(name))
     if body is None:
-        raise UnsupportedError(f"the standard block {name}")
+        raise UnsupportedError(f"the standard block {name} is not supported")
     body(_Instance(machine, path, name))
 
 

@@ -229,7 +229,9 @@ class _Work:
             self.open[key] = self._named(key)
         several = any(run.every > 1 for run in self.project.schedule)
         if several:
-            self._note("programs of several intervals are only searched for runs that break it")
+            self._note(
+                "no proof for several task intervals: only a search for runs that break a property"
+            )
         else:
             self._try(lambda: self._induction(outline=True))
         if not self.settings.overflow:

@@ -268,7 +268,7 @@ def test_the_size_of_the_options_is_the_only_one(
     if found:
         assert Heard(tmp_path, story, hosts=[HOST], sizes=size).robots
     else:
-        with pytest.raises(InputError, match="no connection of a controller in it"):
+        with pytest.raises(InputError, match="contains no connection of a controller"):
             Heard(tmp_path, story, hosts=[HOST], sizes=size)
 
 

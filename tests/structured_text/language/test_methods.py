@@ -312,7 +312,7 @@ _REFUSED = [
     ("A VAR S : FB_Square; END_VAR S.Scale(Into := 2);", "has no input Into; it has Amount"),
     ("A VAR S : FB_Square; END_VAR S.Name := 'x';", "the property Name has no SET"),
     ("A VAR S : I_Shape; B : TON; END_VAR S := B;", "let it IMPLEMENT I_Shape"),
-    ("A VAR N : I_Named; S : I_Shape; END_VAR S := N;", "I_Named is none"),
+    ("A VAR N : I_Named; S : I_Shape; END_VAR S := N;", "I_Named does not implement it"),
     ("A VAR S : I_Shape; B : BOOL; END_VAR B := __QUERYINTERFACE(S, S);",
      "__QUERYINTERFACE is not supported"),
     ("A SUPER^();", "A does not"),

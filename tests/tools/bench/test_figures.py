@@ -173,7 +173,7 @@ def test_an_unknown_point_is_named_with_those_there_are(capsys: pytest.CaptureFi
 def test_a_wrong_duration_is_told_in_one_message(capsys: pytest.CaptureFixture[str]) -> None:
     """Source: the Makefile: make bench FOR=10s."""
     assert main(["--for", "soon"]) == 2
-    assert "not a duration: 'soon'" in capsys.readouterr().err
+    assert "'soon' is not a duration" in capsys.readouterr().err
 
 
 def test_results_of_tests_are_read_as_pytest_writes_them(tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ class Journal:
         self._written[0] = number + 1
 
     def read(self) -> Read:
-        """Return what has been written since the last call in this process."""
+        """Return the entries since the last call in this process."""
         first, last = self._read, self._written[0]
         if first == last:
             return Read([], 0)

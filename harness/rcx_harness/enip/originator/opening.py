@@ -117,7 +117,10 @@ class Opener:
         elif self._is_lost():
             try:
                 self.open()
-            except (InputError, OSError) as error:  # not there, or it has not noticed the loss yet
+            except (
+                InputError,
+                OSError,
+            ) as error:  # it is off, or has not noticed the loss yet
                 self.reason = str(error)
                 return False
         return True
@@ -136,7 +139,7 @@ def multiplier_of(timeout_us: int, rpi_us: int) -> int:
             return coded
     longest = format_us(rpi_us * (4 << _MOST))
     raise InputError(
-        f"a time-out of {format_us(timeout_us)} cannot be asked for",
+        f"a time-out of {format_us(timeout_us)} cannot be requested",
         hint=f"at this packet interval the longest is {longest}",
     )
 

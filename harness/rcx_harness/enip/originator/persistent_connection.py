@@ -45,7 +45,7 @@ class PersistentConnection:
         self._lock = threading.Lock()
 
     def received(self) -> Received | str:
-        """Return the received data while packets arrive, otherwise the reason why none do."""
+        """Return the received data while packets arrive, otherwise the reason for the silence."""
         with self._lock:
             if self._scanner is None:
                 return self.opener.reason or self._state

@@ -24,7 +24,7 @@ from structured_text.output.units import format_us, format_word
 __all__ = ["as_json", "chart", "fit_lines", "lines", "rules_of"]
 
 _MOST = 20
-#: Rules about each signal; for status and response also those of the command's section.
+#: Rules about each signal; status and response also have the rules of the command's section.
 _OF_SIGNAL = {
     "SO00": ("emergency-stop", "emergency-release", "emergency-terminal", "link-lost", "answers"),
     "SO01": ("cpu-ok", "boot"),

@@ -17,7 +17,7 @@ _AREAS = " or ".join(map(str, AREA_SIZES))
 
 
 def advice(network: Network, hosts: Collection[bytes], sizes: Collection[int]) -> str:
-    """Return what to do.
+    """Return the advice for a recording without a connection.
 
     `hosts` are the controllers named with --controller, `sizes` the sizes of areas that were tried.
     """

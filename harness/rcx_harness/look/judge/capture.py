@@ -163,7 +163,7 @@ class Capture:
             self.others["IP fragments, which are not put together"] += 1
             return None
         begin = at + 4 * (version & 0x0F)
-        end = at + length if length else len(data)  # 0: the network card was to cut it up
+        end = at + length if length else len(data)  # 0: the network card segments it
         if len(data) < end and not cut:
             self.others["packets shorter than their IP header says"] += 1
             return None

@@ -24,7 +24,7 @@ def is_all(file: Path) -> bool:
 
 
 def from_file(file: Path) -> tuple[Stored, list[str]]:
-    """Return the stored data of a TOML or .ALL file, and what was passed over in it.
+    """Return the stored data of a TOML or .ALL file, and the skipped parts of it.
 
     Raises:
         InputError: it cannot be read, or it has none of these data.
@@ -42,7 +42,7 @@ def from_file(file: Path) -> tuple[Stored, list[str]]:
                 stored.values[kind, robot, number] = value
     if not stored.asked:
         hint = "write one with rcx points backup"
-        raise InputError(f"has no {', '.join(KINDS)}", file=file, hint=hint)
+        raise InputError(f"contains no {', '.join(KINDS)}", file=file, hint=hint)
     return stored, [*content.passed_over, *_others(content)]
 
 

@@ -112,7 +112,7 @@ class NetworkLine:
             if failure := self._scanner.failure:
                 raise ProcessDiedError(failure)
             if not received.connected:
-                raise LostError("no packets come any more")
+                raise LostError("no packets arrive any more")
             self._scanner.write(self._written, self._scanner.shared.run, _LEASE_US)
         return received.image
 

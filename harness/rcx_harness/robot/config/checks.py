@@ -178,8 +178,8 @@ def check_stored(key: str, value: Any, axes: int) -> None:
             _check_variable(number, entry)
             one = variable_number(number)
             if one in seen:
-                hint = "take one of them out"
-                raise InputError(f"'variables.{number}' is there once more", hint=hint)
+                hint = "remove one of them"
+                raise InputError(f"'variables.{number}' is given twice", hint=hint)
             seen.add(one)
         elif key == "parameters":
             _check_parameter(number, entry, axes)

@@ -129,7 +129,9 @@ def _numbered(
             raise InputError(f"'{path}' is not {what}", hint=hint)
         number = int(digits)
         if number in seen:
-            raise InputError(f"'{path}' is {key}.{number} once more", hint="take one of them out")
+            raise InputError(
+                f"'{path}' gives {key}.{number} a second time", hint="remove one of them"
+            )
         seen.add(number)
         yield number, entry
 

@@ -19,7 +19,7 @@ _OF_PATHS = ("S", "SPEED", "DSPEED", "VEL", "ACC", "DEC")
 
 
 def problems(program: Program, size: int, programs: Collection[str] = ()) -> list[InputError]:
-    """Return what cannot work, in the order of the lines.
+    """Return the errors that no run can avoid, in the order of the lines.
 
     Args:
         program: The program.
@@ -104,7 +104,7 @@ def _options(one: Instruction) -> Iterator[InputError]:
             continue
         if option.kind == "option" and option.args[0] not in OPTIONS:
             hint = f"use {', '.join(OPTIONS)}, STOPON or CONT"
-            yield InputError(f"{option.args[0]} is no option of a movement", hint=hint)
+            yield InputError(f"{option.args[0]} is not an option of a movement", hint=hint)
         elif option.kind in ("point", "data"):
             yield InputError("a target follows an option", hint="write the targets first")
         elif option.kind == "axis_target" and one.kind not in ("drive", "drivei"):

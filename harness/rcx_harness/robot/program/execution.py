@@ -101,7 +101,7 @@ class Running(Scope, Protocol):
         """Return the program."""
 
     def passed_us(self, now_us: int) -> int:
-        """Return its progress without the time of its stops [us]."""
+        """Return the progress of the program without the time of its stops [us]."""
 
 
 class World(Surroundings, Protocol):

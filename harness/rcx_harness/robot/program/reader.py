@@ -18,7 +18,7 @@ _REMARK = re.compile(r"REM\b.*")
 #: A text in quotes, else the character that ends a statement or begins a comment.
 _PIECES = re.compile(r'"[^"]*"|[:\']')
 _LONGEST = 255
-#: Bytes that no text has: control characters other than tab, line feed, form feed and return.
+#: A text contains no control characters but tab, line feed, form feed and return.
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1f]")
 
 
@@ -49,7 +49,7 @@ def text_of(path: Path) -> str:
     if control := _CONTROL.search(raw):
         line = raw[: control.start()].count(b"\n") + 1
         raise InputError(
-            f"it is no text: it contains the byte {control[0][0]:02X}",
+            f"this is not a text: it contains the byte {control[0][0]:02X}",
             file=path,
             line=line,
             hint="save the program as text in UTF-8",

@@ -19,7 +19,7 @@ __all__ = ["Word", "explain", "words"]
 _LONGEST = 40
 #: The last part of a statement: a port or another name with its brackets, a number or a sign.
 _LAST = re.compile(r"[A-Z0-9_%!$.&*]+(?:\([^()]*\))?|[^\s\w]")
-#: A movement that ends behind its interpolation.
+#: A movement without options: it ends after its interpolation.
 _NO_TARGET = re.compile(r"MOVE[IT]?\s*(\[\d\])?\s*[PLC]\s*,?")
 _WORD = re.compile(r"[A-Z][A-Z0-9_]*[%!$]?")
 

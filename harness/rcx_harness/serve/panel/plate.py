@@ -22,7 +22,7 @@ HOLD_S = 0.5
 """A key is released when its page has been silent for so long [s]."""
 
 _TYPE = "RCX_PANEL"
-#: The key that is never lost: neither if its page falls silent nor if a page sends too much.
+#: The key that is never dropped, even if its page is silent or another page sends too much.
 _STOP = frozenset({"Stop"})
 #: Maximum number of changes of keys that wait for their scan. Only a faulty page sends more.
 _MOST_WAITING = 64

@@ -208,7 +208,7 @@ class Wire:
         return lane
 
     def groups(self) -> Iterator[Group]:
-        """Yield its groups, from top to bottom."""
+        """Yield the groups of lanes, from top to bottom."""
         inputs, outputs = ([lane for *_, lane in self._bits[kind]] for kind in ("si", "so"))
         ports = [lane for _, lane in sorted(self._ports.items()) if _tells(lane)]
         wire = [self._connection, self._command, self._status]

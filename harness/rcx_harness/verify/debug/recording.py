@@ -210,5 +210,5 @@ class CellTape(Tape):
 
     def inject(self, event: str, device: int) -> None:
         """Raise InputError, because a recording has no robot."""
-        hint = "launch the program itself to let something befall the robot"
+        hint = "launch the program itself to inject events into the robot"
         raise InputError("a recording has no robot", hint=hint)

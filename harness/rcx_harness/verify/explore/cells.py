@@ -243,7 +243,7 @@ class _CellWorld(World[CellChoice]):
             self._compare(*self._twins.pop(), Random(len(self._twins)))
 
     def _compare(self, one: bytes, other: bytes, random: Random) -> None:
-        """Compare what follows some scans after two states; the first scan has a random choice."""
+        """Compare the runs from two states over some scans; the first scan has a random choice."""
         choice = random.choice(self.choices(one))
         ways = [list(self._way(state, choice)) for state in (one, other)]
         if ways[0] != ways[1]:

@@ -44,7 +44,7 @@ __all__ = ["Choice", "Explored", "Settings", "explore", "refuse"]
 
 #: Bytes of the digest that identifies a state.
 _DIGEST = 16
-#: Bytes of the length field behind the memory of controller and monitors at the end of a state.
+#: Bytes of the length field at the end of a state, after the controller and the monitors.
 _LENGTH = 4
 #: The search uses one process for this time [s]: a short search does not pay for workers.
 _ALONE_S = 1.0
@@ -285,12 +285,12 @@ class _Program(World[Choice]):
         self._image.put(small.area(self._settings.size), small.link)
 
     def _get(self, small: Small, now_us: int) -> tuple[Wire, list[str]]:
-        """Return what the program has written, and the rules that it has broken."""
+        """Return the bytes that the program has written, and the rules that it has broken."""
         self._areas = so, si = small.area(self._settings.size), self._image.get()
         return Wire.of(si), self._monitors.scan(now_us, so, si, connected=small.link)
 
     def _exchanged(self) -> Sequence[tuple[bytes, bytes]]:
-        """Return what the program has read and written in the last scan."""
+        """Return the areas that the program has read and written in the last scan."""
         return (self._areas,)
 
     def _stopped(self, error: InputError) -> str:
@@ -349,7 +349,7 @@ def refuse(project: Project) -> None:
     if any(run.every > 1 for run in project.schedule):
         raise InputError(
             "the program has tasks of several intervals",
-            hint="explored are programs that run in every scan",
+            hint="explore a program whose tasks have the same interval",
         )
     clocks = [pou for pou in project.pous.values() if pou.clock]
     if clocks:

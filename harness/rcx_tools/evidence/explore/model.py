@@ -53,7 +53,7 @@ class Block:
 
     @property
     def channel(self) -> str:
-        """Return the channel on which it takes its turn; empty for none."""
+        """Return the channel in which the block waits for its turn, or an empty text."""
         if self.kind in ("command", "jog", "continuous"):
             return "command"
         return "sequence" if self.kind in ("sequence", "release stop", "job") else ""

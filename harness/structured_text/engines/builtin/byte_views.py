@@ -163,11 +163,11 @@ class Pointer(_Scalar):
 
     def pack(self, value: Any) -> bytes:
         """Raise ProgramError: a pointer has no readable bytes."""
-        raise ProgramError("a pointer cannot be looked at as bytes")
+        raise ProgramError("a pointer cannot be accessed as bytes")
 
     def unpack(self, data: bytes) -> Any:
         """Raise ProgramError: bytes cannot become a pointer."""
-        raise ProgramError("bytes cannot be looked at as a pointer")
+        raise ProgramError("bytes cannot be accessed as a pointer")
 
 
 class _Composite:

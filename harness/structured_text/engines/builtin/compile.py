@@ -37,7 +37,7 @@ def compiled(project: Project, collector: Collector | None, names: dict[str, Any
         raise InputError(
             f"the built-in engine cannot compile this: {error}",
             file=project.files[0] if len(project.files) == 1 else None,
-            hint="statements or expressions lie too deep inside each other; divide them",
+            hint="statements or expressions are nested too deeply; divide them",
         ) from None
 
 

@@ -27,7 +27,7 @@ def attribute(name: str) -> str:
 
 
 def handed_back(method: Pou) -> list[Symbol]:
-    """Return what a method returns after its result: its outputs, then its scalar VAR_IN_OUT."""
+    """Return the values that follow a method's result: its outputs, then its scalar VAR_IN_OUT."""
     in_outs = [symbol for symbol in method.section("VAR_IN_OUT") if is_scalar(symbol.type)]
     return [*method.section("VAR_OUTPUT"), *in_outs]
 

@@ -372,7 +372,7 @@ def _element(place: _Place) -> str:
         return element.name
     raise InputError(
         f"{place.path} is of type {describe(kind)}",
-        hint="an array of BYTE or WORD can be read and written as bytes",
+        hint="name an array of BYTE or WORD",
     )
 
 
@@ -380,7 +380,7 @@ def _fault(error: Exception) -> str:
     if isinstance(error, ProgramError):
         return str(error)
     if isinstance(error, RecursionError):
-        return "calls too deep inside each other: a block or function calls itself"
+        return "calls nested too deeply: a block or function calls itself"
     if isinstance(error, ZeroDivisionError):
         return "division by zero"
     if isinstance(error, OverflowError):

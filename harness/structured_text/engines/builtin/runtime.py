@@ -20,8 +20,7 @@ from structured_text.language.scalars import (
 
 __all__ = ["FUSE", "NAMES", "ProgramError"]
 
-#: Number of rounds after which a loop counts as endless; so many do not fit into the scan of any
-#: PLC.
+#: After this many rounds a loop counts as endless: no PLC runs them in one scan.
 FUSE = range(1_000_000)
 
 _SECOND = 1_000_000_000
@@ -118,13 +117,13 @@ def _time_by(time: int, divisor: float) -> int:
 
 def _shl(value: int, count: int, mask: int) -> int:
     if count < 0:
-        raise ProgramError(f"a shift by {count}")
+        raise ProgramError(f"the shift count {count} is negative")
     return value << count & mask if count < 64 else 0
 
 
 def _shr(value: int, count: int) -> int:
     if count < 0:
-        raise ProgramError(f"a shift by {count}")
+        raise ProgramError(f"the shift count {count} is negative")
     return value >> count
 
 
@@ -141,7 +140,7 @@ def _limit(low: Any, value: Any, high: Any) -> Any:
 
 def _mux(index: int, *values: Any) -> Any:
     if not 0 <= index < len(values):
-        raise ProgramError(f"MUX selects {index} of {len(values)} inputs")
+        raise ProgramError(f"MUX selects input {index}, but has inputs 0 to {len(values) - 1}")
     return values[index]
 
 
@@ -150,7 +149,7 @@ def _mux(index: int, *values: Any) -> Any:
 
 def _length(count: int) -> int:
     if count < 0:
-        raise ProgramError(f"a length or position of {count} in a STRING function")
+        raise ProgramError(f"a STRING function has the negative length or position {count}")
     return count
 
 
@@ -169,7 +168,7 @@ def _mid(text: str, count: int, position: int) -> str:
 
 def _position(position: int) -> int:
     if position < 1:
-        raise ProgramError(f"position {position} in a STRING; the first is 1")
+        raise ProgramError(f"a STRING function has position {position}, but positions begin at 1")
     return position - 1
 
 

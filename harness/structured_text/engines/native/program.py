@@ -235,7 +235,7 @@ class NativeProgram(OfProject):
         if not isinstance(kind, ArrayType) or kind.element not in _BYTES:
             raise InputError(
                 f"{slot.path} is of type {describe(kind)}",
-                hint="only an array of BYTE or WORD can be taken as bytes",
+                hint="name an array of BYTE or WORD",
             )
         width, form = _BYTES[kind.element]
         count = array_length(kind)

@@ -54,9 +54,7 @@ def test_arrays_of_arrays_are_counted_from_the_inside(mistakes_of: Errors) -> No
     assert error.message.startswith("this array has 4,194,303 elements, and a program has at most")
     flat = "ARRAY[0..0] OF " * 130
     (error,) = mistakes_of(f"PROGRAM Own VAR a: {flat}INT; END_VAR END_PROGRAM")
-    assert (
-        error.message == "this array has more than 120 arrays, structures and blocks in each other"
-    )
+    assert error.message == "this array has more than 120 nested arrays, structures and blocks"
 
 
 @pytest.fixture
@@ -147,7 +145,7 @@ def test_a_name_has_an_end(mistakes_of: Errors) -> None:
     Source: docs/reference/limits.md, programs.
     """
     error, _ = mistakes_of(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
-    assert error.message == f"a name of 100,000 characters: {'y' * 40}..."
+    assert error.message == f"this name has 100,000 characters: {'y' * 40}..."
 
 
 def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) -> None:

@@ -1,4 +1,4 @@
-"""Remote commands that are sent as no PLC should send them; none of them moves anything."""
+"""Remote commands with deliberate handshake errors; they move nothing."""
 
 from __future__ import annotations
 

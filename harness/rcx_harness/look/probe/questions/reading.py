@@ -57,7 +57,7 @@ def settings(ask: Asker) -> None:
 
 @reading({"format": ("format_alarm", "strict_unused_words")})
 def wrong_format(ask: Asker) -> None:
-    """Does it check ranges and unused words, and with which alarm?"""
+    """Does the controller check ranges and unused words, and which alarm does it raise?"""
     refused = ask.command("ReadMessage", message=0)
     words = list(telegram("ReadVersion"))
     words[_UNUSED_WORD] = 5
@@ -118,7 +118,7 @@ def undefined_program(ask: Asker) -> None:
 
 @reading({"name-filler": ("name_filler",)})
 def name_filler(ask: Asker) -> None:
-    """With what is a program name filled up?"""
+    """Which character fills up a program name?"""
     answer = ask.command("ReadProgramInfo", method=1, program=1)
     ask.needs(answer.status == NORMAL_END, "there is no program 1, or it cannot be asked")
     last = answer.words[_NAME_END] >> 8 if len(answer.fields["program_name"]) < 16 else -1
