@@ -197,8 +197,13 @@ def measure(options: Options) -> dict[str, Figure]:
     figures: dict[str, Figure] = {}
     libraries: list[list[Path]] = []
     if root:
-        for name, found in _repositories(Path(root), console):
-            figures[f"language {name}"] = at_most(found.percent(Kind.GAP), "% of files", MOST)
+        for repository, found in _repositories(Path(root), console):
+            gaps = found.percent(Kind.GAP)
+            figures[f"language {repository.name}"] = (
+                shown(gaps, "% of files", f"beyond: {repository.beyond}")
+                if repository.beyond
+                else at_most(gaps, "% of files", MOST)
+            )
             libraries.append(found.accepted)
     for entry in entries:
         files = sources_of(entry)
@@ -222,7 +227,7 @@ def measure(options: Options) -> dict[str, Figure]:
     return figures
 
 
-def _repositories(root: Path, console: Console) -> Iterator[tuple[str, Result]]:
+def _repositories(root: Path, console: Console) -> Iterator[tuple[Repository, Result]]:
     """Yield the results of the repositories in a folder, print them and a table of all."""
     table = Table(box=box.SIMPLE)
     for title in (
@@ -257,5 +262,5 @@ def _repositories(root: Path, console: Console) -> Iterator[tuple[str, Result]]:
             *(str(count) for count in counts.values()),
             f"{found.percent(Kind.GAP):.1f} %",
         )
-        yield repository.name, found
+        yield repository, found
     console.print(table)

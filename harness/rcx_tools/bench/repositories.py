@@ -33,6 +33,8 @@ class Repository:
         each: Patterns of files, folders or projects; each of them is a program of its own.
         leaves_out: A pattern of paths that are not measured, with the reason in a comment.
         reviewed: Messages that were read by a person and are no gap.
+        beyond: Constructs on which its programs depend and which are refused by name; with them it
+            is measured without a target.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Repository:
     each: tuple[str, ...] = ()
     leaves_out: str = ""
     reviewed: tuple[Reviewed, ...] = ()
+    beyond: str = ""
 
     def folder(self, root: Path) -> Path:
         """Return the folder of the checkout."""
@@ -115,6 +118,7 @@ REPOSITORIES = (
         "62cb3d27e8a539943719fc385c119ec0c5b9816e",
         _TWINCAT,
         together=("Sources/**/*.plcproj",),
+        beyond="generic constants of blocks (VAR_GENERIC), exceptions (__TRY), jumps",
     ),
     Repository(
         "WitchCraftWorks/IEC61131-3-CDSV3",

@@ -191,20 +191,6 @@ class Statements(Transformer[Token, Any]):
         self.note("CONTINUE", position_of(word))
         return s.Continue(position_of(word))
 
-    def try_(self, word: Token, body: tuple[s.Statement, ...], *rest: Any) -> s.If:
-        """Return statements with a handler as an IF that is always true.
-
-        No exception is raised here: an error of a program ends its run. So the handler is checked,
-        and never executed.
-        """
-        self.note("__TRY", position_of(word))
-        _catch, _left, code, _right, handler, _finally, last, _end = rest
-        handler = handler or ()
-        if code is not None:
-            handler = (s.Assign(code, code, code.at), *handler)
-        true = s.Literal("BOOLEAN", "TRUE", position_of(word))
-        return s.If(((true, (*body, *(last or ()))),), handler, position_of(word))
-
     # --- expressions ---
 
     def name(self, token: Token) -> s.Name:

@@ -119,7 +119,6 @@ CONSTRUCTS = _TRANSLATED | {
     "a NAMESPACE": "write the name without it",
     f"arguments of {INIT}": "give them as inputs of the call",
     "a CASE of texts": "use IF",
-    "__TRY": "check the values before",
     "CONTINUE": "use IF",
     "AND_THEN or OR_ELSE": "use IF inside IF",
     "a member of a call's result": "assign the result to a variable first",

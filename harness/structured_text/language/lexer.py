@@ -24,7 +24,7 @@ from structured_text.language.source import origin
 from structured_text.language.syntax import Name, Position
 from structured_text.language.words import OBJECT_WORDS, Context
 
-__all__ = ["EXCEPTIONS", "KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
+__all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
 
 #: Words that begin something that ends with END_ and the same word.
 _GROUPS = (
@@ -71,13 +71,6 @@ PUNCTUATION = {
     "^": "CARET",
 }
 
-#: The words around statements whose exceptions a program handles, with their kinds.
-EXCEPTIONS = {
-    "__TRY": "TRY",
-    "__CATCH": "CATCH",
-    "__FINALLY": "FINALLY",
-    "__ENDTRY": "ENDTRY",
-}
 #: CoDeSys 2.3 also accepts these keywords without the underscore.
 _SPELLINGS = {"FUNCTIONBLOCK": "FUNCTION_BLOCK", "END_FUNCTIONBLOCK": "END_FUNCTION_BLOCK"}
 #: Access specifiers that may also stand before types and programs.
@@ -229,7 +222,6 @@ class _Lexer:
                 if word in _SPELLINGS:
                     self._note("a keyword in another spelling", offset)
                     value = word = _SPELLINGS[word]
-                kind = EXCEPTIONS.get(word, kind)
                 special = self._context.kind(word, self._previous, text, behind)
                 if special:
                     kind = special

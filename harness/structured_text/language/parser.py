@@ -29,7 +29,7 @@ from structured_text.language.foreign import (
     not_structured_text,
     one_for_all,
 )
-from structured_text.language.lexer import EXCEPTIONS, KEYWORDS, PUNCTUATION, Notes, tokens
+from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
 from structured_text.language.pou_names import with_names
 from structured_text.language.recovery import read_tokens
 from structured_text.language.source import Extract, source_text, title_of
@@ -395,7 +395,7 @@ class _NoLexer(Lexer):
 def _parser() -> tuple[Lark, _Builder]:
     grammar = files(__package__).joinpath("grammar.lark").read_text(encoding="utf-8")
     names = {*KEYWORDS, *PUNCTUATION.values(), *_LITERALS, "IDENT", "LABEL", "DIRECT", "PART"}
-    names |= {"WORD", *ACCESSORS, *EXCEPTIONS.values()}
+    names |= {"WORD", *ACCESSORS}
     declared = f"\n%declare {' '.join(sorted(names))} LATCH ERROR\n"
     builder = _Builder()
     make = partial(

@@ -35,7 +35,6 @@ _CLOSERS = frozenset(_OPENERS.values())
 #: Words that end the group with the mistake.
 _GROUP_ENDS = _CLOSERS | frozenset(
     (
-        *("TRY", "CATCH", "FINALLY", "ENDTRY"),
         *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),
         *("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "GET", "END_GET", "SET", "END_SET"),
     )
@@ -46,9 +45,7 @@ _RESERVED = frozenset(
     for word in KEYWORDS
     if not word.startswith(("END_", "VAR")) and word not in (*_OPENERS, *_GROUP_ENDS)
 )
-_NOTHING_BEFORE = frozenset(
-    ("TRY", "CATCH", "FINALLY", "END_VAR", "THEN", "ELSE", "DO", "OF", "REPEAT", "COLON")
-)
+_NOTHING_BEFORE = frozenset(("END_VAR", "THEN", "ELSE", "DO", "OF", "REPEAT", "COLON"))
 #: Words that begin a declaration of a file, and words that end it.
 _DECLARATIONS = (
     "INTERFACE",

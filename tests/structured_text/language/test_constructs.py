@@ -77,8 +77,6 @@ ROWS = [
     Row("the name of a POU as a text", "S : STRING := __POUNAME();", "", {"S": "P1"}),
     Row("the size of a block", "E : FB1; U : UDINT;", "U := SIZEOF(E);", {"U": 12},
         "FUNCTION_BLOCK FB1 VAR_INPUT A : INT; B : DINT; END_VAR ; END_FUNCTION_BLOCK"),
-    Row("__TRY", "I : INT;", "__TRY I := 1; __CATCH I := 2; __FINALLY I := I + 4; __ENDTRY",
-        {"I": 5}),
     Row("a CASE of texts", "S : STRING := 'b'; I : INT;",
         "CASE S OF 'a': I := 1; 'b': I := 2; END_CASE;", {"I": 2}),
     Row("VAR_STAT", "A : FB1; B : FB1; I : INT;", "A(); B(); I := B.N;", {"I": 2},

@@ -1,4 +1,4 @@
-"""`__TRY`, CASE of texts, conversions between durations and dates, arrays of open length."""
+"""CASE of texts, conversions between durations and dates, arrays of open length."""
 
 from __future__ import annotations
 
@@ -12,41 +12,6 @@ from structured_text.errors import InputError
 
 Build = Callable[..., BuiltinProgram]
 Mistakes = Callable[..., list[InputError]]
-
-_TRY = """PROGRAM Main
-VAR N : INT; E : DWORD; K : INT; END_VAR
-__TRY
-  N := N + 1;
-  IF N > 0 THEN K := 2; END_IF
-__CATCH(E)
-  N := 100;
-__FINALLY
-  K := K + 1;
-__ENDTRY
-__TRY N := N + 1; __CATCH __ENDTRY;
-__TRY N := N + 5; __FINALLY N := N * 2; __ENDTRY
-END_PROGRAM
-"""
-
-
-def test_without_an_exception_only_the_handler_is_left_out(build: Build) -> None:
-    """N: 1, 2, 7, 14; K: 2, 3. Source: help of CODESYS, "Operator __TRY, __CATCH"."""
-    program = build(_TRY)
-    program.scan(0)
-    assert (program.read("Main.N"), program.read("Main.K")) == (14, 3)
-
-
-@pytest.mark.parametrize(
-    ("body", "message"),
-    [
-        ("__TRY N := 1; __CATCH(X) N := 2; __ENDTRY", "X is not declared"),
-        ("__TRY N := 1; __CATCH N := TRUE; __ENDTRY", "a INT is expected here, not a BOOL"),
-        ("__TRY N := 1; __CATCH N := 2;", "'END_PROGRAM' is not expected here"),
-    ],
-)
-def test_a_handler_is_checked_as_well(body: str, message: str, mistakes_of: Mistakes) -> None:
-    found = mistakes_of(f"PROGRAM Main VAR N : INT; END_VAR {body} END_PROGRAM")
-    assert found[0].message == message
 
 
 @pytest.mark.parametrize(
