@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from structured_text.errors import InputError
+from structured_text.errors import InputError, did_you_mean, similar
 from structured_text.language.library import Names
 from structured_text.projects import sources
 from structured_text.projects.sources import Files, SourceFiles
@@ -52,19 +52,26 @@ def library_names(lib: str | Path | None = None) -> Names:
 
 
 def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
-    """Return an error in a program with a hint at `--lib`, if that library lacks the name.
+    """Return an error about an unknown name with a hint at the library.
 
-    The hint is added only if the library of this package declares it.
+    The hint names a block of the library with a similar name, or `--lib` if that library lacks a
+    name that the library of this package declares.
     """
-    missing = re.match(r"there is no (?:type|function) (\w+)", error.message)
-    if lib is None or missing is None or not any(default_lib().rglob(f"{missing[1]}.st")):
+    missing = re.match(r"there is no (?:type|function) (\w+)|(\w+) is not declared", error.message)
+    if missing is None or error.hint.startswith("did you mean"):
         return error
+    name = missing[1] or missing[2]
+    folder = default_lib() if lib is None else Path(lib)
+    if lib is not None and any(default_lib().rglob(f"{name}.st")):
+        hint = (
+            f"--lib {lib} does not declare it; without --lib the library of this package is taken"
+        )
+    else:
+        hint = (
+            did_you_mean(similar(name, (file.stem for file in folder.rglob("*.st")))) or error.hint
+        )
     return InputError(
-        error.message,
-        file=error.file,
-        line=error.line,
-        column=error.column,
-        hint=f"--lib {lib} does not declare it; without --lib the library of this package is taken",
+        error.message, file=error.file, line=error.line, column=error.column, hint=hint
     )
 
 

@@ -107,6 +107,9 @@ class WatchExpressions:
             node = checker.check(found, want)
         except InputError as error:
             raise InputError(f"{text}: {error.message}", hint=error.hint) from None
+        if any(isinstance(one, t.Assigned) for one in nodes(node)):
+            hint = "set the variable with the command for that"
+            raise InputError(f"{text}: an expression does not assign here", hint=hint)
         if any(isinstance(one, t.CallMethod) for one in nodes(node)):
             hint = "methods may change the program; look at the variables instead"
             raise InputError(f"{text}: a watch expression cannot call a method", hint=hint)

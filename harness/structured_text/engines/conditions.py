@@ -29,8 +29,8 @@ _TOKEN = re.compile(
     | \(\*.*?\*\)                                          # a comment
     | \w+\#[\w#.:+-]+                                      # a literal with its type
     | \d[\w.]*                                             # a number
-    | (?P<before>\bBEFORE\s*\(\s*(?P<then>[A-Za-z_][\w.\[\], ]*?)\s*\))
-    | (?P<path>[A-Za-z_]\w*(?:\s*\[[^\[\]]*\]|\.[A-Za-z_]\w*)*)""",
+    | (?P<before>\bBEFORE\s*\(\s*(?P<then>[^\W\d][\w.\[\], ]*?)\s*\))
+    | (?P<path>[^\W\d]\w*(?:\s*\[[^\[\]]*\]|\.[^\W\d]\w*)*)""",
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
 _OURS = re.compile(r"\bHarness(?:Value|Before)(\d+)\b", re.IGNORECASE)

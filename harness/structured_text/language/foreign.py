@@ -13,13 +13,7 @@ from lark import Token
 
 from structured_text.errors import InputError
 
-__all__ = [
-    "JUMPS",
-    "LABELS",
-    "corrected",
-    "not_structured_text",
-    "one_for_all",
-]
+__all__ = ["LABELS", "corrected", "not_structured_text", "one_for_all"]
 
 #: Words that open a block in SCL only, and words that are followed by a name in double quotes.
 _SCL_ONLY = frozenset(("DATA_BLOCK", "ORGANIZATION_BLOCK"))
@@ -43,7 +37,7 @@ _MISSPELT = {
 _BEFORE = frozenset(("SEMICOLON", "THEN", "ELSE", "DO", "OF", "REPEAT", "END_VAR"))
 _BEHIND_NAMES = frozenset(("ASSIGN", "DOT", "LSQB", "COLON", "COMMA", "CARET", "LATCH"))
 #: Messages about jumps; there is one for each file.
-LABELS, JUMPS = "labels for jumps are not supported", "jumps are not supported"
+LABELS, _JUMP = "labels for jumps are not supported", " is not supported (jumps)"
 
 
 def not_structured_text(found: Sequence[Token], file: Path) -> InputError | None:
@@ -141,7 +135,7 @@ def _type(found: Sequence[Token], at: int) -> str:
 def one_for_all(errors: Iterable[InputError]) -> list[InputError]:
     """Return the errors with one in place of all about jumps; it has their number."""
     every = list(errors)
-    jumps = [one for one in every if one.message in (LABELS, JUMPS)]
+    jumps = [one for one in every if one.message == LABELS or one.message.endswith(_JUMP)]
     if len(jumps) < 2:
         return every
     first = jumps[0]
@@ -153,6 +147,6 @@ def one_for_all(errors: Iterable[InputError]) -> list[InputError]:
         file=first.file,
         line=first.line,
         column=first.column,
-        hint=first.hint,
+        hint="use IF, or a loop with EXIT",
     )
     return [merged if one is first else one for one in every if one is first or one not in jumps]

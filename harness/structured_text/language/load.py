@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,13 +21,22 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.bodies import check_body, check_start
 from structured_text.language.compiling import deeply, uncollected
+from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
+from structured_text.language.phases import joined
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
-from structured_text.language.registry import ConsequenceError, Declared, Registry
+from structured_text.language.registry import (
+    ConsequenceError,
+    Declared,
+    Registry,
+    base_name,
+    last_name,
+)
 from structured_text.language.scalars import TIME
-from structured_text.language.source import source_text
+from structured_text.language.source import is_narrow, source_text
+from structured_text.language.system import QUERY, system_declaration
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
 from structured_text.language.walk import parts
@@ -238,7 +247,13 @@ def analyse(
 
 def read_file(path: Path) -> s.Source:
     """Parse a file as far as it can be read, and collect its errors, or raise InputError."""
-    return read_text(source_text(path), path)
+    text = source_text(path)
+    source = read_text(text, path)
+    narrow = None if text.isascii() else is_narrow(path)
+    if narrow is None:
+        return source
+    use = Use("a source in Windows-1252", path, s.Position(narrow, 1))
+    return replace(source, uses=(*source.uses, use))
 
 
 def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
@@ -282,13 +297,18 @@ def _analysed(
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
-    project = _resolve(sources, found, whole=not errors)
+    project = _resolve(joined(sources), found, whole=not errors)
     causes = _causes(found, sources)
     if every:
         caused = [_consequence(one) for one in found if one not in causes]
         return project, [*errors, *causes, *caused]
     # Declarations in an unreadable file are unknown to the other files.
-    errors += [one for one in causes if not (missing and _UNKNOWN.match(one.message))]
+    unread = {(one.file, one.line) for one in errors}
+    errors += [
+        one
+        for one in causes
+        if not ((missing or (one.file, one.line) in unread) and _UNKNOWN.match(one.message))
+    ]
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
     errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
@@ -341,6 +361,19 @@ def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputErro
         if any(first <= line < behind for line in lines)
     }
 
+    extended = {
+        node.name.key: base_name(node)
+        for source in sources
+        for node in source.declarations
+        if isinstance(node, (s.Pou, s.TypeDecl)) and node.extends is not None
+    }
+    for key in extended:  # what extends a spoiled interface has that interface, too
+        chain = [key]
+        while chain[-1] in extended and extended[chain[-1]] not in chain:
+            chain.append(extended[chain[-1]])
+        if names & set(chain):
+            names.add(key)
+
     def follows(error: InputError) -> bool:
         said = _OF.match(error.message)
         if said is None:
@@ -382,7 +415,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
     registry = Registry(sources, errors.append)
     ordered = registry.ordered()
     declarations = Declarations(registry, errors.append)
-    for declared in ordered:
+    for declared in (*_system_interfaces(registry), *ordered):
         if isinstance(declared.node, s.Interface):
             declarations.inheritance.add(declared.node, declared)
     for declared in ordered:
@@ -407,6 +440,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
     try:
         schedule = configure(registry, declarations)
         _check_extent(schedule, registry, declarations, ordered)
+        places = located(schedule.instances, declarations)
     except InputError as error:
         errors.append(error)
         return None
@@ -425,7 +459,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         },
         global_symbols=declarations.globals,
         lists=declarations.lists,
-        located=located(schedule.instances, declarations),
+        located=places,
         tasks=schedule.tasks,
         tick_us=schedule.tick_us,
         schedule=schedule.runs,
@@ -433,6 +467,25 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         uses=tuple(dict.fromkeys(registry.uses)),
         views=declarations.views,
     )
+
+
+def _system_interfaces(registry: Registry) -> Iterator[Declared]:
+    """Yield the interface of `__SYSTEM`, if the sources use it and do not declare it."""
+    mentioned = {
+        last_name(name)
+        for one in (*registry.interfaces.values(), *registry.pous.values())
+        for name in _interfaces_of(one.node)
+    }
+    found = system_declaration(QUERY)
+    if found is not None and QUERY in mentioned and QUERY not in registry.interfaces:
+        registry.interfaces[QUERY] = found
+        yield found
+
+
+def _interfaces_of(node: s.Declaration) -> tuple[s.Name, ...]:
+    if isinstance(node, s.Interface):
+        return node.extends
+    return node.implements if isinstance(node, s.Pou) else ()
 
 
 def _check_extent(

@@ -126,7 +126,7 @@ class Operators:
     def unary(self, node: s.Unary, want: Type | None) -> t.Expression:
         """Type `-x` or `NOT x`, or raise InputError."""
         kind = (
-            self._expressions.infer(node.operand)
+            _number_of_member(self._expressions.infer(node.operand))
             or want
             or ELEMENTARY["BOOL" if node.op == "NOT" else "INT"]
         )
@@ -248,6 +248,10 @@ class Operators:
             if type_name(found) in ANY_INT:
                 assert found is not None
                 return found
+            if type_name(found) in (*ANY_BIT[1:], *ANY_REAL):
+                return ELEMENTARY[common(kind.base, type_name(found)) or kind.base]
+            if isinstance(found, EnumType) and found != kind:
+                return ELEMENTARY[common(kind.base, found.base) or kind.base]
             if found is None and self._expressions.fold(side) is not None:
                 return ELEMENTARY[kind.base]
         return kind if op in ("=", "<>") else ELEMENTARY[kind.base]

@@ -54,9 +54,7 @@ class LintFinding:
     def __str__(self) -> str:
         """Return the finding as compilers print it."""
         kind = "rule" if self.strict else "warning"
-        place = getattr(self.file, "place", None)  # of a source that has lines of two files
-        file, line = place(self.at.line) if place else (self.file, self.at.line)
-        return f"{file}:{line}:{self.at.column}: {kind}: {self.text}"
+        return f"{self.file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
 
 
 def lint(

@@ -36,7 +36,17 @@ _CLOSERS = frozenset(_OPENERS.values())
 _GROUP_ENDS = _CLOSERS | frozenset(
     (
         *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),
-        *("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "GET", "END_GET", "SET", "END_SET"),
+        *(
+            "END_CLASS",
+            "METHOD",
+            "END_METHOD",
+            "PROPERTY",
+            "END_PROPERTY",
+            "GET",
+            "END_GET",
+            "SET",
+            "END_SET",
+        ),
     )
 )
 #: Reserved words that begin no group. At an unexpected place they were meant as names.
@@ -49,6 +59,7 @@ _NOTHING_BEFORE = frozenset(("END_VAR", "THEN", "ELSE", "DO", "OF", "REPEAT", "C
 #: Words that begin a declaration of a file, and words that end it.
 _DECLARATIONS = (
     "INTERFACE",
+    "CLASS",
     "NAMESPACE",
     "TYPE",
     "FUNCTION",
@@ -147,7 +158,7 @@ class _Run:
             behind = at
             if wrong:
                 return at + 1
-            if "SEMICOLON" in self._parser.accepts():  # type: ignore[no-untyped-call]
+            if word != "END_VAR" and "SEMICOLON" in self._parser.accepts():  # type: ignore[no-untyped-call]
                 self._state.feed_token(self._semicolon(token))
         return behind
 
@@ -231,6 +242,8 @@ class _Run:
         """Return whether only a semicolon is missing before this token."""
         if "SEMICOLON" not in self._parser.accepts():  # type: ignore[no-untyped-call]
             return False
+        if token.type == "COLON" or before.upper() in (*_INSTRUCTION_LIST, "JMP", "GOTO"):
+            return False  # a label, a jump or an instruction, which is not a name as a statement
         return not self._ended(token, before)
 
     def _acceptable(self) -> set[str]:

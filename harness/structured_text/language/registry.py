@@ -11,18 +11,26 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.constructs import CONSTRUCTS, Use
 from structured_text.language.scalars import CORE
-from structured_text.language.standard import reserved
+from structured_text.language.standard import BLOCKS, reserved
 from structured_text.language.walk import nodes
 from structured_text.output.limits import MOST_LEVELS
 
-__all__ = ["ConsequenceError", "Declared", "Registry", "last_name"]
+__all__ = ["ConsequenceError", "Declared", "Registry", "base_name", "last_name"]
 
 #: Nodes that create no dependency. A pointer may lead back to its own type, and a method may use
 #: a block that contains the method's own block.
 _LATER = (s.PointerSpec, s.Method, s.Property)
 
 #: Vendor libraries with standard elements. Their names may stand before these elements.
-_LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
+_LIBRARIES = (
+    "__SYSTEM",
+    "STANDARD",
+    "TC2_STANDARD",
+    "TC2_SYSTEM",
+    "TC2_UTILITIES",
+    "UTIL",
+    "STANDARD64",
+)
 
 
 class ConsequenceError(InputError):
@@ -41,6 +49,11 @@ class Declared:
     def file(self) -> Path:
         """Return the file of the declaration."""
         return self.source.file
+
+    @property
+    def is_system(self) -> bool:
+        """Return whether the tool declares it, and not the user: it belongs to no file."""
+        return str(self.file) == _LIBRARIES[0]
 
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
         """Return an error in this declaration's file."""
@@ -69,8 +82,11 @@ class Registry:
         sources = list(sources)
         self.lists: list[Declared] = []
         self.uses: list[Use] = []
+        self.entries: list[tuple[s.ConfigEntry, Declared]] = []
         for source in sources:
             self.uses += source.uses
+            for entry in source.entries:
+                self.entries.append((entry, Declared(_nameless(entry.at), source, self.uses)))
             for node in source.declarations:
                 self._add(Declared(node, source, self.uses))
             for space in source.namespaces:
@@ -139,6 +155,20 @@ class Registry:
                     )
                 )
 
+    def incomplete(self, key: str) -> bool:
+        """Return whether a base or interface of a block is missing in these sources."""
+        seen: set[str] = set()
+        while key and key not in seen:
+            seen.add(key)
+            declared = self.pous.get(key)
+            if declared is None or not isinstance(declared.node, s.Pou):
+                return key not in BLOCKS
+            node = declared.node
+            if any(last_name(one) not in self.interfaces for one in node.implements):
+                return True
+            key = "" if node.extends is None else base_name(node)
+        return bool(key)
+
     def variable_clash(self, key: str) -> str:
         """Return why a variable should not have this name; empty if it can."""
         if reserved(key) and key not in ("T", "D", "SEMA", "RTC", "PID", "RAMP"):
@@ -169,7 +199,7 @@ class Registry:
         done: dict[str, bool] = {}
         levels: dict[str, int] = {}
         too_deep: list[Declared] = []
-        result: list[Declared] = list(self.interfaces.values())
+        result = [one for one in self.interfaces.values() if not one.is_system]
 
         # Depth-first search. `done` is False for a declaration while its dependencies are visited,
         # and True afterwards. A dependency that is still False uses itself. `levels` is the
@@ -215,6 +245,11 @@ class Registry:
         self._report(declared.error(f"{kind}: {names}", declared.node.name.at))
 
 
+def _nameless(at: s.Position) -> s.GlobalList:
+    """Return an empty declaration for the entries of VAR_CONFIG."""
+    return s.GlobalList(s.Name("", at), s.Section("VAR_CONFIG", "", (), at), at)
+
+
 def _used(node: Any) -> Iterator[str]:
     """Yield names of types and functions that a piece of syntax uses, in order."""
     for one in nodes(node, _LATER):
@@ -222,7 +257,10 @@ def _used(node: Any) -> Iterator[str]:
         if kind is s.NamedSpec:
             yield one.name.key.rpartition(".")[2]
         elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
-            yield one.extends.key.rpartition(".")[2]
+            space, _, name = one.extends.key.rpartition(".")
+            # `Drive EXTENDS Library.Drive` extends the other block of its name.
+            if not space or name != one.name.key:
+                yield name
         elif kind is s.Call:
             yield one.function.key
 
@@ -230,6 +268,16 @@ def _used(node: Any) -> Iterator[str]:
 def _spans(size: int) -> Iterator[tuple[int, int]]:
     """Return the beginning and end of every contiguous part of a sequence of names."""
     return ((i, j) for i in range(size) for j in range(i + 1, size + 1))
+
+
+def base_name(node: s.Pou | s.TypeDecl) -> str:
+    """Return the upper-case name of the block or structure that a declaration extends.
+
+    The name is that of a missing declaration if it extends another one of its own name.
+    """
+    assert node.extends is not None
+    key = last_name(node.extends)
+    return node.extends.key if key == node.name.key and "." in node.extends.key else key
 
 
 def last_name(name: s.Name) -> str:

@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
-__all__ = ["ELSEWHERE", "Extract", "Line", "origin", "source_text", "title_of"]
+__all__ = ["Extract", "Line", "is_narrow", "origin", "source_text", "title_of"]
 
 if TYPE_CHECKING:
     _AnyPath = Path
@@ -24,10 +24,6 @@ _MARKS = {
     b"\xff\xfe": "UTF-16",
     b"\xfe\xff": "UTF-16",
 }
-
-
-#: Added to the number of a line that is not in the file of its extract, but in its `home`.
-ELSEWHERE = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -54,26 +50,18 @@ class Extract(_AnyPath):
     Attributes:
         lines: The text, or None for a plain path.
         title: Name for this source. It corresponds to the stem of a separate file.
-        home: File of the lines from `ELSEWHERE` on: the project, if the file is a replacing one.
     """
 
     lines: tuple[Line, ...] | None = None
     title: str = ""
-    home: str = ""
     _whole_hash: int | None = None
 
     @classmethod
-    def make(cls, file: Path, lines: tuple[Line, ...], title: str = "", home: str = "") -> Extract:
+    def make(cls, file: Path, lines: tuple[Line, ...], title: str = "") -> Extract:
         """Return the extract of a file."""
         made = cls(str(file))
-        made.lines, made.title, made.home = lines, title, home
+        made.lines, made.title = lines, title
         return made
-
-    def place(self, line: int) -> tuple[str, int]:
-        """Return the file and the line in it for the line of a message."""
-        if self.home and line > ELSEWHERE:
-            return self.home, line - ELSEWHERE
-        return str(self), line
 
     def __eq__(self, other: object) -> bool:
         """Return whether path and lines are equal."""
@@ -93,7 +81,7 @@ class Extract(_AnyPath):
         """Return how to pickle this path; without lines it becomes a plain path."""
         if self.lines is None:
             return Path, (str(self),)
-        return Extract.make, (str(self), self.lines, self.title, self.home)
+        return Extract.make, (str(self), self.lines, self.title)
 
 
 def source_text(file: Path) -> str:
@@ -106,10 +94,35 @@ def source_text(file: Path) -> str:
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
             raise InputError(f"the file is {encoding}", file=file, hint=hint)
-    text = text_of(content, file)
+    text = _narrow(content) if _first_narrow(content) is not None else text_of(content, file)
     if "\0" in text:
         raise InputError("the file is not a text file, or is in UTF-16", file=file, hint=hint)
     return text
+
+
+def is_narrow(file: Path) -> int | None:
+    """Return the first line with a byte that is not UTF-8; None for a file in UTF-8.
+
+    Such a file is read as Windows-1252, which older tools write.
+    """
+    if getattr(file, "lines", None) is not None:
+        return None
+    content = file_bytes(file, SOURCE)
+    first = _first_narrow(content)
+    return None if first is None else content.count(b"\n", 0, first) + 1
+
+
+def _first_narrow(content: bytes) -> int | None:
+    try:
+        content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        return error.start
+    return None
+
+
+def _narrow(content: bytes) -> str:
+    text = content.decode("cp1252", errors="replace")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def title_of(file: Path) -> str:

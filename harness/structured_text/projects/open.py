@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from structured_text.errors import InputError
-from structured_text.language.source import ELSEWHERE, Extract, Line, source_text
+from structured_text.language.source import Extract, Line, source_text
 from structured_text.projects import rockwell, siemens, twincat
 from structured_text.projects.formats import OBJECTS, PLCPROJ, SCL, TASKS
 from structured_text.projects.model import (
@@ -19,6 +19,7 @@ from structured_text.projects.model import (
     Project,
     Unit,
     declared_kind,
+    made,
     without_comments,
 )
 from structured_text.projects.plcopen import read_plcopen
@@ -92,15 +93,9 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
         raise _refusal(needed, places)
     unread = {unit for unit in units if isinstance(unit.piece.body, Foreign)}
     read = (unit for unit in units if unit not in unread)
-    paths = [_extract(unit, places[unit.name.upper()]) for unit in read]
+    paths = [Extract.make(unit.file, unit.piece.lines(), unit.name) for unit in read]
     names = frozenset(unit.name.upper() for unit in project.units)
     return Sources((*paths, *extra), names, (*project.notes, *notes))
-
-
-def _extract(unit: Unit, project: Path) -> Extract:
-    """Return the source of a unit; lines that are not the user's replacement are the project's."""
-    home = str(project) if unit.file != project else ""
-    return Extract.make(unit.file, unit.piece.lines(), unit.name, home)
 
 
 # --- bodies in other languages ----------------------------------------------------------------
@@ -192,22 +187,15 @@ def _has(piece: Piece, name: str) -> bool:
 
 
 def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
-    """Return the piece with a body from another file; its other lines remain the project's."""
+    """Return the piece with a body from another file; its other lines get the line number 1."""
     own = piece.name.upper() == name.upper()
     body = tuple(Line(line, at) for at, line in enumerate(text, 1)) if own else piece.body
     if not isinstance(body, Foreign) and not own:
-        body = _elsewhere(body)
+        body = made(1, *(line.text for line in body))
     return Piece(
         piece.name,
-        _elsewhere(piece.head),
+        made(1, *(line.text for line in piece.head)),
         body,
-        _elsewhere(piece.end),
+        made(1, *(line.text for line in piece.end)),
         tuple(_with_body(part, name, text) for part in piece.parts),
-    )
-
-
-def _elsewhere(lines: Lines) -> Lines:
-    """Return lines of the project as lines of a source that is named after the replacing file."""
-    return tuple(
-        line if line.at > ELSEWHERE else replace(line, at=line.at + ELSEWHERE) for line in lines
     )

@@ -43,6 +43,8 @@ _FOREIGN = ("__pycache__", "site-packages")
 
 #: Listed folders: identity and times of each folder, and the files and folders in it.
 _NAMES: dict[str, tuple[tuple[int, ...], tuple[list[str], list[str]]]] = {}
+#: Endings of sources; all but the first are those of Automation Studio.
+_ENDINGS = (".st", ".var", ".typ", ".fun")
 #: Resolution of the coarsest file system clock, that of FAT [ns].
 _SETTLED_NS = 2_000_000_000
 
@@ -240,7 +242,7 @@ def _names(folder: str) -> tuple[list[str], list[str]]:
                 continue
             if entry.is_dir(follow_symlinks=False):
                 folders.append(entry.path)
-            elif name == RECORD or os.path.normcase(name).endswith(".st"):
+            elif name == RECORD or os.path.normcase(name).endswith(_ENDINGS):
                 files.append(entry.path)
     if max(times) < time.time_ns() - _SETTLED_NS:
         _NAMES[folder] = same, found

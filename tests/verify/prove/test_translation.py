@@ -412,3 +412,15 @@ def test_wide_characters_are_refused_by_name(tmp_path: Path, name: str) -> None:
     variables = f"VAR_INPUT A, B : {name}; END_VAR VAR Q : BOOL; END_VAR"
     with pytest.raises(Exception, match=name):
         _agrees(tmp_path, _block(variables, "Q := A = B;"))
+
+
+def test_statements_of_single_tools(tmp_path: Path) -> None:
+    """EN and ENO, RETURN(condition), and counting down without a sign."""
+    variables = """VAR_INPUT A : INT; U : USINT; E : BOOL; END_VAR
+    VAR_OUTPUT N, M, Größe : INT; Ok : BOOL; F : BIT; END_VAR VAR I, J : USINT; END_VAR"""
+    body = """N := 10#0; M := 0; F := E;
+    FOR I := 5 TO 1 BY -2 DO N := N * 10 + 1; END_FOR;
+    FOR J := U AND 3 TO 0 BY -1 DO M := M + 1; END_FOR;
+    Größe := 7; Größe := ADD(EN := A > 0, IN1 := A, IN2 := 2, ENO => Ok);
+    RETURN(E); N := 0;"""
+    _agrees(tmp_path, _block(variables, body))

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from ctypes import c_float
 from dataclasses import replace
 
+from structured_text.engines.builtin.heap import kinds_of
 from structured_text.engines.builtin.pointing import POINTING, Pointing, has_effect
 from structured_text.engines.builtin.standard import JOINS, Value, of_type, settle, standard_call
 from structured_text.engines.builtin.storage import (
@@ -36,6 +37,7 @@ from structured_text.language.types import (
     ElementaryType,
     Type,
     has_block,
+    integer_name,
     type_name,
 )
 
@@ -58,7 +60,7 @@ class ExpressionCode:
         self._shared: dict[str, bool] = {}
         self._function, self._method = pou.kind == "FUNCTION", pou.kind == "METHOD"
         self._own = set(map(id, pou.symbols.values())) if pou.kind == "METHOD" else set()
-        self.pointing = Pointing(self, views=project.views)
+        self.pointing = Pointing(self, views=project.views, made=kinds_of(project))
         self._views = project.views
         self._parts = 0
         self._results = 0
@@ -134,7 +136,7 @@ class ExpressionCode:
 
         A text is cut, a number is converted.
         """
-        have, want = type_name(kind), type_name(to)
+        have, want = integer_name(kind), integer_name(to)
         if have != want:
             node = t.Standard(f"{have}_TO_{want}", (t.Constant(0, kind),), to)
             return settle(standard_call(node, [code]), to)
@@ -229,6 +231,8 @@ class ExpressionCode:
             return self._binary(node)
         if isinstance(node, t.CallFunction):
             return self._call(node)
+        if isinstance(node, t.Assigned):
+            return self._assigned(node)
         return self._standard(node, [self.exact(item) for item in node.arguments])
 
     def _read(self, code: str, kind: Type) -> str:
@@ -282,6 +286,18 @@ class ExpressionCode:
         ]
         parts = ", ".join([f"{result} := {call}", *stores, f"{result}[0]"])
         return of_type(f"({parts})[-1]", node.type)
+
+    def _assigned(self, node: t.Assigned) -> Value:
+        """Return code that assigns a variable and has its new value."""
+        value = self.exact(node.value)
+        if not is_scalar(node.type):
+            code = self.variable(node.target)
+            return of_type(f"(filled({code}, {value}), {code})[-1]", node.type)
+        self._results += 1
+        result = f"r{self._results}"
+        held = self.adapted(value, node.value.type, node.type)
+        stored = self._stored(node.target, node.type, result)
+        return of_type(f"({result} := {held}, {stored}, {result})[-1]", node.type)
 
     def _backs(self, pou: t.Pou) -> list[tuple[str, Type]]:
         """Return name and type of the values that a function returns after its result, in order."""

@@ -9,7 +9,7 @@ from functools import lru_cache
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from structured_text.engines.builtin import byte_views, references
+from structured_text.engines.builtin import byte_views, heap, references
 from structured_text.engines.builtin.blocks import BODIES, CLASSES
 from structured_text.engines.builtin.code import Code
 from structured_text.engines.builtin.collector import Collector, collecting
@@ -38,6 +38,7 @@ class Module:
         self.project = project
         self.resolved: dict[str, Resolved] = {}
         self.names: dict[str, Any] = {**NAMES, **references.NAMES, **byte_views.NAMES}
+        self.names.update(heap.NAMES)
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})
         self._noted: set[str] = set()

@@ -51,6 +51,7 @@ class _Snapshot(NamedTuple):
     module: Module
     scans: int
     data: tuple[Any, ...]
+    made: tuple[Any, ...] = ()
 
 
 class _CallLog:
@@ -317,9 +318,10 @@ class BuiltinProgram(OfProject):
     def snapshot(self) -> object:
         """Return the whole state, as a value that `restore` accepts."""
         data = tuple(save(part) for part, save, _ in self._parts)
-        if self._has_pointers:
-            data = self._holders.saved(data)
-        return _Snapshot(self.module, self._scans, data)
+        made = self._globals.heap.saved(self.module.names)
+        if self._has_pointers or made:
+            data, made = self._holders.saved(data), self._holders.saved(made)
+        return _Snapshot(self.module, self._scans, data, made)
 
     def restore(self, snapshot: object) -> None:
         """Return to a state that `snapshot` gave, of this or another instance of the program.
@@ -329,6 +331,10 @@ class BuiltinProgram(OfProject):
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
             raise InputError("this snapshot is of another program")
         self._scans = snapshot.scans
+        heap, names = self._globals.heap, self.module.names
+        if heap or snapshot.made:
+            heap.make(snapshot.made, names, self._globals)
+            heap.load(self._holders.loaded(snapshot.made), names)
         data = self._holders.loaded(snapshot.data) if self._has_pointers else snapshot.data
         for (part, _, load), saved in zip(self._parts, data, strict=True):
             load(part, saved)

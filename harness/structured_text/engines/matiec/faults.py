@@ -86,7 +86,8 @@ class Place:
 
     def __str__(self) -> str:
         """Return the place and its text as compilers print it."""
-        return f"{self.file}:{self.at.line}:{self.at.column}: {self.text}"
+        file = getattr(self.at.line, "file", self.file)  # see `language.source`
+        return f"{file}:{self.at.line}:{self.at.column}: {self.text}"
 
 
 @cache
