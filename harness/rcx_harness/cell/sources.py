@@ -22,6 +22,7 @@ def source_files(
     program: Files,
     lib: str | Path | None = None,
     replace: Mapping[str, str | Path] | None = None,
+    dialect: str | None = None,
 ) -> SourceFiles:
     """Find the files of a program, and those of the library that it needs.
 
@@ -30,8 +31,10 @@ def source_files(
         lib: Folder of the library, searched with its subfolders; None for the one of this
             package.
         replace: Files with Structured Text for POUs of a project, by name.
+        dialect: The tool as which the program is computed; None for that of its format.
     """
-    return sources.source_files(program, default_lib() if lib is None else Path(lib), replace)
+    folder = default_lib() if lib is None else Path(lib)
+    return sources.source_files(program, folder, replace, dialect)
 
 
 def library_folder(lib: str | Path | None) -> Path:

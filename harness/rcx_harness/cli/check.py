@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rcx_harness.cell.sources import blame_lib, library_names, source_files
-from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
+from rcx_harness.cli.options import Dialect, Lib, Replace, Sources, counted, replacements
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
 from rcx_harness.watch.image_source import image_use
@@ -34,6 +34,7 @@ def check(
     files: Sources,
     lib: Lib = None,
     replace: Replace = None,
+    dialect: Dialect = None,
     lint_only: Annotated[
         bool, typer.Option("--lint", help="Check the portability rules only, for every file.")
     ] = False,
@@ -69,7 +70,7 @@ def check(
         if not files:
             return
     # With --lint each file is looked at by itself: folders with several programs go at once.
-    sources = source_files(files, lib, replacements(replace))
+    sources = source_files(files, lib, replacements(replace), dialect)
     for note in sources.notes:
         print(legible(f"note: {note}"))
     project, errors = (None, []) if lint_only else analysed(sources.all)

@@ -10,6 +10,7 @@ import typer
 
 from rcx_harness.cli.options import counted
 from structured_text.errors import InputError, legible
+from structured_text.language.dialects import rules_of
 from structured_text.output.files import replace_files
 from structured_text.projects.formats import is_project
 from structured_text.projects.open import read_project
@@ -64,5 +65,9 @@ def import_(
         says = f"not carried: {unit.file}:{body.at}: the body of {name} {body.says}"
         print(legible(says))
     print(f"written: {counted(len(texts), 'file')} in {out}")
+    spoken = dict.fromkeys(name for name, _ in project.dialects if not rules_of(name).is_standard)
+    if len(spoken) == 1:
+        # An .st file does not say the tool that it comes from.
+        print(f"run it as the project: rcx run {out} --dialect {next(iter(spoken))}")
     if foreign:
         raise typer.Exit(1)

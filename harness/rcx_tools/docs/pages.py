@@ -22,6 +22,7 @@ from rcx_tools.docs.blocks.panel import panel_page
 from rcx_tools.docs.cli import command_page, commands_index
 from rcx_tools.docs.commands import commands_page
 from rcx_tools.docs.diagnosis import diagnosis_page
+from rcx_tools.docs.dialects import language_page
 from rcx_tools.docs.engines import engines_page
 from rcx_tools.docs.moving import moving_svg
 from rcx_tools.docs.probes import probes_page
@@ -314,6 +315,7 @@ def pages() -> dict[str, Callable[[], str]]:
             "harness/structured_text/export/words",
             words_page(),
         ),
+        "docs/reference/language.md": lambda: language_page(ROOT / "docs/reference/language.md"),
         "docs/first.svg": moving_svg,
         "docs/explanation/fidelity.md": fidelity.fidelity_page,
         "docs/reference/panel.html": panel_page,

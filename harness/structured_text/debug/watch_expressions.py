@@ -18,6 +18,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Declarations, Scope
+from structured_text.language.dialects import rules_of
 from structured_text.language.expression_checker import ExpressionChecker as Checker
 from structured_text.language.load import read_file
 from structured_text.language.parser import read_text
@@ -157,7 +158,7 @@ def syntax_of(text: str) -> s.Expression:
 def _scopes(project: Project) -> dict[str, Scope]:
     """Return the scope of each POU; the front end has discarded its own, so they are built anew."""
     sources = [read_file(file) for file in project.files]
-    registry = Registry(sources, lambda _: None)
+    registry = Registry(sources, lambda _: None, rules_of(project.dialect))
     declarations = Declarations(registry, lambda _: None)
     for declared in registry.ordered():
         if isinstance(declared.node, s.Interface):

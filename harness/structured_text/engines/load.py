@@ -16,6 +16,7 @@ from structured_text.errors import InputError
 from structured_text.language.checked import load
 from structured_text.language.compiling import uncollected
 from structured_text.language.constructs import refuse
+from structured_text.language.dialects import Dialect, rules_of
 from structured_text.language.project import Project
 from structured_text.language.types import BlockType, Type, has_address
 
@@ -57,9 +58,9 @@ def build(
     Args:
         paths: The ST files, in any order.
         engine: `matiec`, `builtin`, `strucpp` or `auto`. `auto` takes matiec if it and a C
-            compiler are found, the program is portable and no known fault of matiec concerns it.
-            Else, or if coverage is counted, it takes the built-in engine. STruC++ runs only if it
-            is named.
+            compiler are found, the program is portable, and no known fault of matiec concerns it.
+            Else, or if coverage is counted, it takes the built-in engine, as for a program of a
+            tool that computes otherwise (`language.dialects`). STruC++ runs only if it is named.
         tested: Files that were tested with matiec, as those of a library; its known faults are not
             looked for in them.
     """
@@ -76,6 +77,9 @@ def _compiled(project: Project, engine: str, tested: Collection[Path]) -> tuple[
     if engine == "auto" and collector is not None:
         notice = "coverage is counted: running on the built-in engine"
         return BuiltinProgram.build(project), notice
+    rules = rules_of(project.dialect)
+    if engine == "auto" and (reason := _only_here(project, rules)) and find_matiec() is not None:
+        return BuiltinProgram.build(project), f"{reason}: running on the built-in engine"
     if engine == "matiec":
         refuse(project.uses, "matiec", _OF_MATIEC)
     matiec = find_matiec() if engine in ("auto", "matiec") else None
@@ -91,11 +95,12 @@ def _compiled(project: Project, engine: str, tested: Collection[Path]) -> tuple[
     if collector is not None and compiled:
         collector.elsewhere.add(engine)
     if matiec is not None and compiler is not None:
-        return _on_matiec(project, engine, tested, matiec, compiler)
+        program, notice = _on_matiec(project, engine, tested, matiec, compiler)
+        return program, "\n".join(filter(None, (notice, _elsewhere(rules, engine))))
     if strucpp is not None and compiler is not None:
         from structured_text.engines.strucpp.program import StrucppProgram
 
-        return StrucppProgram.build(project, strucpp, compiler), ""
+        return StrucppProgram.build(project, strucpp, compiler), _elsewhere(rules, engine)
     if reason := why_not(engine):
         raise InputError(f"{reason}, or use the built-in engine")
     notice = ""
@@ -128,6 +133,21 @@ def _on_matiec(
     faults.refuse_faults(found)
     program = MatiecProgram.build(project, matiec, compiler)
     return program, "\n".join(f"warning: {one}" for one in faults.warnings(found))
+
+
+def _elsewhere(rules: Dialect, engine: str) -> str:
+    """Return a notice if an engine without dialects runs a program of another tool."""
+    return "" if rules.is_standard else f"{engine} does not compute in the dialect {rules.name}"
+
+
+def _only_here(project: Project, rules: Dialect) -> str:
+    """Return the reason why matiec would compute something else than the program's tool."""
+    if not rules.is_standard:
+        return f"matiec does not compute in the dialect {rules.name}"
+    if project.free:
+        first = project.free[0]
+        return f"matiec runs {first}, which has no task, only at the pace of the tasks"
+    return ""
 
 
 def why_not(engine: str) -> str:

@@ -103,6 +103,9 @@ class Checking(Protocol):
     def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
         """Return the expression converted to another type."""
 
+    def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
+        """Return an expression in the required type, if its type widens to it."""
+
     def is_real(self, node: s.Expression) -> bool:
         """Return whether an expression is an untyped number with decimals."""
 

@@ -355,6 +355,8 @@ class ExpressionChecker:
                     f"an index must be an integer, not a {describe(index_type)}", index.at
                 )
             found = self.check(index, index_type)
+            if self.operators.is_short(index_type) and isinstance(index, (s.Binary, s.Unary)):
+                found = self.operators.lengthened(index)
             if (
                 isinstance(found, t.Constant)
                 and not kind.open
@@ -464,6 +466,10 @@ class ExpressionChecker:
     def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
         """Return the call of a conversion, or the converted constant."""
         return self.fitting.converted(found, want)
+
+    def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
+        """Return an expression in the required type, or raise InputError; see `Fitting`."""
+        return self.fitting.fitted(found, want, node)
 
     def _typed(self, node: s.Expression, want: Type | None) -> t.Expression:
         if isinstance(node, s.Name) and not self.is_variable(node):

@@ -26,8 +26,11 @@ from structured_text.language.scalars import (
     ANY_STRING,
     BOOL,
     ELEMENTARY,
+    LONGEST_STRING,
     SIGNED,
+    STRING_MAX,
     WIDTH,
+    string_length,
 )
 from structured_text.language.sizes import block_size, size_of
 from structured_text.language.standard import (
@@ -80,6 +83,8 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
+#: Least length of their results in dialects whose plain STRING has another length than matiec's.
+_JOINED = 255
 #: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")
 #: Functions of a declaration, not of a value.
@@ -147,6 +152,10 @@ class Functions:
 
     def _result_type(self, key: str, common: Type | None) -> Type | None:
         if isinstance(common, ElementaryType) and common.name in ANY_STRING:
+            plain = self._scope.registry.dialect.text
+            if key in _JOINING and plain != STRING_MAX:
+                longest = max(_JOINED, plain, string_length(common))
+                return ElementaryType(common.name, min(longest, LONGEST_STRING))
             return joined([common], longer=key in _JOINING)
         return common
 

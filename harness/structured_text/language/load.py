@@ -23,6 +23,7 @@ from structured_text.language.bodies import check_body, check_start
 from structured_text.language.compiling import deeply, uncollected
 from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
+from structured_text.language.dialects import Dialect, dialect_of, rules_of
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
 from structured_text.language.phases import joined
@@ -58,6 +59,8 @@ Read = Callable[[Path], s.Source]
 
 #: Priority of a task without one, by the standard. It is the lowest, which runs last.
 _LOWEST = 65535
+#: Longest scan of a program without a task beside tasks [us]: that of a program without any task.
+_SCAN_US = 10_000
 
 
 @dataclass(frozen=True)
@@ -141,7 +144,9 @@ def _configured(declared: Declared, registry: Registry, declarations: Declaratio
         Task(name.text, interval, priority, tuple(members[key]))
         for key, (name, interval, priority) in intervals.items()
     )
-    tick = math.gcd(*(task.interval_us for task in tasks)) if tasks else None
+    # A program without a task keeps its own pace beside the tasks: it runs in every scan.
+    own_us = [_SCAN_US] if free else []
+    tick = math.gcd(*(task.interval_us for task in tasks), *own_us) if tasks else None
     runs = [
         ScheduledInstance(instance, task.interval_us // (tick or 1))
         for task in sorted(tasks, key=lambda task: task.priority)
@@ -297,11 +302,17 @@ def _analysed(
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
+<<<<<<< HEAD
     project = _resolve(joined(sources), found, whole=not errors)
     causes = _causes(found, sources)
     if every:
         caused = [_consequence(one) for one in found if one not in causes]
         return project, [*errors, *causes, *caused]
+=======
+    rules = rules_of(dialect_of(paths))
+    project = _resolve(joined(sources), found, whole=not errors, dialect=rules)
+    found = _causes(found, sources)
+>>>>>>> main
     # Declarations in an unreadable file are unknown to the other files.
     unread = {(one.file, one.line) for one in errors}
     errors += [
@@ -411,8 +422,10 @@ _OF = re.compile(
 _UNKNOWN = re.compile(r"there is no |\S+ is not declared")
 
 
-def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) -> Project | None:
-    registry = Registry(sources, errors.append)
+def _resolve(
+    sources: list[s.Source], errors: list[InputError], *, whole: bool, dialect: Dialect
+) -> Project | None:
+    registry = Registry(sources, errors.append, dialect)
     ordered = registry.ordered()
     declarations = Declarations(registry, errors.append)
     for declared in (*_system_interfaces(registry), *ordered):
@@ -466,6 +479,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         objects=declarations.objects,
         uses=tuple(dict.fromkeys(registry.uses)),
         views=declarations.views,
+        dialect=dialect.name,
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.constructs import CONSTRUCTS, Use
+from structured_text.language.dialects import IEC, Dialect, rules_of
 from structured_text.language.scalars import CORE
 from structured_text.language.standard import BLOCKS, reserved
 from structured_text.language.walk import nodes
@@ -69,10 +70,19 @@ class Registry:
     """The types and POUs of all sources by upper-case name, and the rules for names.
 
     The registry continues after a reported error.
+
+    Attributes:
+        dialect: The rules where tools differ.
     """
 
-    def __init__(self, sources: Iterable[s.Source], report: Callable[[InputError], None]) -> None:
+    def __init__(
+        self,
+        sources: Iterable[s.Source],
+        report: Callable[[InputError], None],
+        dialect: Dialect | None = None,
+    ) -> None:
         self._report = report
+        self.dialect = dialect or rules_of(IEC)
         self.types: dict[str, Declared] = {}
         self.pous: dict[str, Declared] = {}
         self.interfaces: dict[str, Declared] = {}

@@ -31,6 +31,7 @@ from structured_text.language.scalars import (
     ELEMENTARY,
     INT_RANGE,
     LONGEST_STRING,
+    STRING_MAX,
 )
 from structured_text.language.sizes import size_of
 from structured_text.language.standard import BLOCKS, UNSUPPORTED, conversion, reserved
@@ -319,6 +320,8 @@ class Types:
             kind = ELEMENTARY[key]
             if key not in CORE:
                 where.note("a type of the third edition", spec.at, kind.name)
+            if key in ANY_STRING and self.registry.dialect.text != STRING_MAX:
+                kind = ElementaryType(key, self.registry.dialect.text)
             return kind, default_scalar(kind)
         if key in BLOCKS and key not in self.registry.pous:
             self.blocks.setdefault(key, BLOCKS[key])

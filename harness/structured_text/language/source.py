@@ -10,7 +10,15 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
-__all__ = ["Extract", "Line", "is_narrow", "origin", "source_text", "title_of"]
+__all__ = [
+    "Extract",
+    "Line",
+    "in_dialect",
+    "is_narrow",
+    "origin",
+    "source_text",
+    "title_of",
+]
 
 if TYPE_CHECKING:
     _AnyPath = Path
@@ -50,24 +58,32 @@ class Extract(_AnyPath):
     Attributes:
         lines: The text, or None for a plain path.
         title: Name for this source. It corresponds to the stem of a separate file.
+        dialect: The dialect of the program (`language.dialects`); empty if the path says none.
     """
 
     lines: tuple[Line, ...] | None = None
     title: str = ""
+    dialect: str = ""
     _whole_hash: int | None = None
 
     @classmethod
-    def make(cls, file: Path, lines: tuple[Line, ...], title: str = "") -> Extract:
-        """Return the extract of a file."""
+    def make(
+        cls, file: Path, lines: tuple[Line, ...] | None, title: str = "", dialect: str = ""
+    ) -> Extract:
+        """Return the extract of a file; without lines, a path that says only its dialect."""
         made = cls(str(file))
-        made.lines, made.title = lines, title
+        made.lines, made.title, made.dialect = lines, title, dialect
         return made
 
     def __eq__(self, other: object) -> bool:
-        """Return whether path and lines are equal."""
+        """Return whether path, dialect and lines are equal."""
         if self is other:  # comparing and hashing all lines takes long, and is done often
             return True
-        return super().__eq__(other) and self.lines == getattr(other, "lines", None)
+        return (
+            super().__eq__(other)
+            and self.dialect == getattr(other, "dialect", "")
+            and self.lines == getattr(other, "lines", None)
+        )
 
     def __hash__(self) -> int:
         """Return the hash of path and lines, computed once."""
@@ -78,10 +94,18 @@ class Extract(_AnyPath):
         return self._whole_hash
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return how to pickle this path; without lines it becomes a plain path."""
-        if self.lines is None:
+        """Return how to pickle this path; without lines and dialect it becomes a plain path."""
+        if self.lines is None and not self.dialect:
             return Path, (str(self),)
-        return Extract.make, (str(self), self.lines, self.title)
+        return Extract.make, (str(self), self.lines, self.title, self.dialect)
+
+
+def in_dialect(file: Path, dialect: str) -> Path:
+    """Return the path of a source that says its dialect."""
+    if getattr(file, "dialect", "") == dialect:
+        return file
+    lines, title = getattr(file, "lines", None), getattr(file, "title", "")
+    return Extract.make(file, lines, title, dialect)
 
 
 def source_text(file: Path) -> str:

@@ -131,14 +131,20 @@ class Project:
     Attributes:
         units: The declarations in the order of the files.
         notes: One line for each unread part that a user could miss.
+        dialects: The dialect of each file whose format says one (`language.dialects`).
     """
 
     units: tuple[Unit, ...] = ()
     notes: tuple[str, ...] = ()
+    dialects: tuple[tuple[str, Path], ...] = ()
 
     def plus(self, other: Project) -> Project:
         """Return the contents of both."""
-        return Project((*self.units, *other.units), (*self.notes, *other.notes))
+        return Project(
+            (*self.units, *other.units),
+            (*self.notes, *other.notes),
+            (*self.dialects, *other.dialects),
+        )
 
 
 def made(at: int, *texts: str) -> Lines:

@@ -22,7 +22,7 @@ from structured_text.projects.model import (
     made,
     without_comments,
 )
-from structured_text.projects.plcopen import read_plcopen
+from structured_text.projects.plcopen import read_plcopen, written_by
 from structured_text.projects.xml import read_xml
 
 __all__ = ["Sources", "project_sources", "read_project"]
@@ -38,11 +38,13 @@ class Sources:
         paths: The sources in order: an `Extract` of each declaration, and replacing files.
         declared: The names of all POUs, types and lists of variables, in upper case.
         notes: One line for each part that is not read.
+        dialects: The dialect of each file whose format says one.
     """
 
     paths: tuple[Path, ...] = ()
     declared: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    dialects: tuple[tuple[str, Path], ...] = ()
 
 
 def read_project(files: Sequence[Path]) -> Project:
@@ -52,7 +54,7 @@ def read_project(files: Sequence[Path]) -> Project:
     calls = siemens.called(file for file in files if file.suffix.lower() in SCL)
     for file in files:
         if file.suffix.lower() in SCL:
-            found = found.plus(siemens.read_scl(file, calls))
+            found = found.plus(siemens.read_scl(file, calls)).plus(_of("tia", file))
         elif file not in tasks:
             found = found.plus(_read(file))
     found = found.plus(twincat.read_tasks(tasks))
@@ -62,17 +64,22 @@ def read_project(files: Sequence[Path]) -> Project:
 def _read(file: Path) -> Project:
     suffix = file.suffix.lower()
     if suffix in OBJECTS:
-        return twincat.read_object(file)
+        return twincat.read_object(file).plus(_of("twincat", file))
     if suffix == PLCPROJ:
-        return twincat.read_plcproj(file)
+        return twincat.read_plcproj(file).plus(_of("twincat", file))
     root = read_xml(file)
     if root.name == "project":
-        return read_plcopen(root, file)
+        return read_plcopen(root, file).plus(_of(written_by(root), file))
     if root.name == "RSLogix5000Content":
-        return rockwell.read_l5x(root, file)
+        return rockwell.read_l5x(root, file).plus(_of("logix", file))
     raise InputError(
         f"is neither a PLCopen XML project nor an L5X, its root is <{root.name}>", file=file
     )
+
+
+def _of(dialect: str, file: Path) -> Project:
+    """Return the note that a file is of a dialect; empty for a format of several tools."""
+    return Project(dialects=((dialect, file),) if dialect else ())
 
 
 def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sources:
@@ -95,7 +102,7 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
     read = (unit for unit in units if unit not in unread)
     paths = [Extract.make(unit.file, unit.piece.lines(), unit.name) for unit in read]
     names = frozenset(unit.name.upper() for unit in project.units)
-    return Sources((*paths, *extra), names, (*project.notes, *notes))
+    return Sources((*paths, *extra), names, (*project.notes, *notes), project.dialects)
 
 
 # --- bodies in other languages ----------------------------------------------------------------

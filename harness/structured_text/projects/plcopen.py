@@ -55,6 +55,17 @@ _QUALIFIERS = {
     "persistent": " PERSISTENT",
 }
 _PLAIN = "InterfaceAsPlainText"
+#: Part of the names of additions in files of CODESYS.
+_CODESYS = "3s-software.com"
+#: Words in the header of a file, with the dialect of the tool; TwinCAT's come before CODESYS.
+_TOOLS = {
+    "twincat": "twincat",
+    "beckhoff": "twincat",
+    "codesys": "codesys",
+    "3s-smart": "codesys",
+    "beremiz": "openplc",
+    "openplc": "openplc",
+}
 _LANGUAGES = ("ST", "IL", "LD", "FBD", "SFC", "CFC")
 
 
@@ -69,6 +80,19 @@ def read_plcopen(root: Element, file: Path) -> Project:
         found = found.plus(configuration(reader.tasks(root)))
     if not found.units:
         raise InputError("has no POU and no type", file=file)
+    return found
+
+
+def written_by(root: Element) -> str:
+    """Return the dialect of the tool that has written a PLCopen XML file; empty if unknown."""
+    said = " ".join(
+        header.get(name)
+        for header in root.all("fileHeader")
+        for name in ("companyName", "productName")
+    ).lower()
+    found = next((name for word, name in _TOOLS.items() if word in said), "")
+    if not found and any(_CODESYS in one.get("name") for one in root.below("data")):
+        return "codesys"  # tools that are made from CODESYS have headers of their own
     return found
 
 

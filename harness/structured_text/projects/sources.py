@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from structured_text.errors import InputError
+from structured_text.language.dialects import chosen, dialect_of, rules_of
+from structured_text.language.source import in_dialect
 from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
@@ -27,6 +29,7 @@ __all__ = [
     "Files",
     "SourceFiles",
     "check_library",
+    "is_ax",
     "named_files",
     "not_declared",
     "source_files",
@@ -47,6 +50,9 @@ _NAMES: dict[str, tuple[tuple[int, ...], tuple[list[str], list[str]]]] = {}
 _ENDINGS = (".st", ".var", ".typ", ".fun")
 #: Resolution of the coarsest file system clock, that of FAT [ns].
 _SETTLED_NS = 2_000_000_000
+
+#: The file at the root of a project of SIMATIC AX, and how far above a source it may be.
+_AX, _LEVELS = "apax.yml", 4
 
 #: A file, its time of change [ns] and its size [bytes].
 _Stamp = tuple[str, int, int]
@@ -76,6 +82,11 @@ class SourceFiles:
         return [*self.own, *self.lib]
 
     @property
+    def dialect(self) -> str:
+        """Return the dialect of the program (`language.dialects`)."""
+        return dialect_of(self.own)
+
+    @property
     def users(self) -> tuple[list[Path], list[Path]]:
         """Return the user's files and those of the library, also library files named directly."""
         folder = real(self.folder) if self.folder is not None else None
@@ -87,13 +98,15 @@ def source_files(
     program: Files,
     library: Path | None,
     replace: Mapping[str, str | Path] | None = None,
+    dialect: str | None = None,
 ) -> SourceFiles:
     """Find the files of a program, and the library files that it needs.
 
     Raise InputError if a file or folder is missing, a folder has no sources, or a project cannot be
     read. A folder gives its `.st` files (see `st_files`), or else its TwinCAT project. The library
     is searched with its subfolders; names that a project declares are not taken from it. `replace`
-    has files with Structured Text for POUs of a project, by name.
+    has files with Structured Text for POUs of a project, by name. Without a `dialect`
+    (`language.dialects`) the format of a project says it.
     """
     named = named_files(program)
     projects = [file for file in named if is_project(file)]
@@ -105,23 +118,56 @@ def source_files(
     own = [file for file in named if file not in projects]
     declared: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    said: tuple[tuple[str, Path], ...] = ()
     if projects:
         from structured_text.projects.open import project_sources
 
         instead = {name: Path(file) for name, file in (replace or {}).items()}
         made = project_sources(projects, instead)
         own, declared, notes = [*own, *made.paths], made.declared, made.notes
+        said = made.dialects
     if library is not None:
         check_library(library)
     taken = frozenset(real(file) for file in own)
     own = list(dict.fromkeys(own))
     if INSTEAD:
         own = [INSTEAD.get(real(file), file) for file in own]
+    if spoken := _dialect(dialect, said, own):
+        own = [in_dialect(file, spoken) for file in own]
     seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
     parts: tuple[Path, ...] = ()
     if library is not None:
         parts = _needed(tuple(own), seen, _Folder.of(library), taken, declared)
     return SourceFiles(tuple(own), parts, library, notes, declared)
+
+
+def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[Path]) -> str:
+    """Return the dialect of a program, or raise InputError.
+
+    The user's choice comes first, then the formats of the project's files, then the `apax.yml` of
+    SIMATIC AX. It is empty if none says a dialect.
+    """
+    if found := rules_of(given).name if given else chosen():
+        return found
+    tools: dict[str, Path] = {}
+    for name, file in said:
+        tools.setdefault(name, file)
+    if len(tools) > 1:
+        (name, file), (other, second), *_ = sorted(tools.items())
+        raise InputError(
+            f"the files are of two tools: {file} of {name}, {second} of {other}",
+            hint=f"say as which tool the program is computed: --dialect {name} or {other}",
+        )
+    if not tools and is_ax(own):
+        return "ax"
+    return next(iter(tools), "")
+
+
+def is_ax(files: Iterable[Path]) -> bool:
+    """Return whether a file is in a project of SIMATIC AX."""
+    folders = {real(file).parent for file in files}
+    places = {above for one in folders for above in (one, *one.parents[:_LEVELS])}
+    return any((place / _AX).is_file() for place in places)
 
 
 def check_library(folder: Path) -> None:

@@ -23,6 +23,7 @@ from structured_text.engines.builtin.storage import (
     slot_name,
 )
 from structured_text.language import tree as t
+from structured_text.language.dialects import rules_of
 from structured_text.language.project import Project
 from structured_text.language.scalars import (
     ANY_DURATION,
@@ -57,6 +58,7 @@ class ExpressionCode:
 
     def __init__(self, project: Project, pou: t.Pou) -> None:
         self._project = project
+        self._rules = rules_of(project.dialect)
         self._shared: dict[str, bool] = {}
         self._function, self._method = pou.kind == "FUNCTION", pou.kind == "METHOD"
         self._own = set(map(id, pou.symbols.values())) if pou.kind == "METHOD" else set()
@@ -139,7 +141,7 @@ class ExpressionCode:
         have, want = integer_name(kind), integer_name(to)
         if have != want:
             node = t.Standard(f"{have}_TO_{want}", (t.Constant(0, kind),), to)
-            return settle(standard_call(node, [code]), to)
+            return settle(standard_call(node, [code], self._rules), to)
         return self.cut(code, to) if have in ANY_STRING else code
 
     def elements(self, node: t.Index) -> str:
@@ -246,9 +248,9 @@ class ExpressionCode:
         if node.name in ("ADD", "MUL") and type_name(node.type) in ANY_REAL:
             # Each operation is rounded, from the left, so each one needs brackets of its own.
             while len(arguments) > 2:
-                first = self._short(standard_call(node, arguments[:2]), node.type)
+                first = self._short(standard_call(node, arguments[:2], self._rules), node.type)
                 arguments = [first.code, *arguments[2:]]
-        return standard_call(node, arguments)
+        return standard_call(node, arguments, self._rules)
 
     def _constant(self, node: t.Constant) -> Value:
         name = type_name(node.type)
@@ -337,7 +339,8 @@ class ExpressionCode:
             return Value(f"({self.exact(node.left)} {word} {self.exact(node.right)})")
         if op in ("AND", "OR", "XOR"):
             symbols = JOINS
-            if name == "BOOL" and not has_effect(node.right):
+            needed = self._rules.operands == "needed"
+            if name == "BOOL" and needed and not has_effect(node.right):
                 symbols = {"AND": "and", "OR": "or", "XOR": "!="}
             left, right = self.exact(node.left), self.exact(node.right)
             return of_type(f"({left} {symbols[op]} {right})", node.type)
@@ -364,6 +367,8 @@ class ExpressionCode:
             return Value(code, wide=type_name(node.type) == "REAL")
         left, right = self.value(node.left), self.value(node.right)
         code = f"({left.code} {node.op} {right.code})"
+        if node.op == "/" and self._rules.real_by_zero == "infinite":
+            code = f"(real_by({left.code}, {right.code}))"
         if type_name(node.type) == "LREAL":
             return Value(code)
         wide = left.wide or right.wide

@@ -116,6 +116,18 @@ class BuiltinProgram(OfProject):
             return getattr(self._globals, key)
         return self.module.names[f"b_{key}"](self._globals)
 
+    def pace(self, scan_us: int) -> None:
+        """Run the tasks beside a program without a task in their intervals; see `Program.pace`."""
+        if not self.project.free:
+            return
+        intervals = {
+            name: task.interval_us for task in self.project.tasks for name in task.instances
+        }
+        self._runs = [
+            (max(1, round(intervals.get(run.instance, 0) / scan_us)), body, instance)
+            for run, (_, body, instance) in zip(self.project.schedule, self._runs, strict=True)
+        ]
+
     @classmethod
     def build(cls, project: Project, collector: Collector | None = None) -> BuiltinProgram:
         """Compile a checked project and make its first instance.
