@@ -33,11 +33,15 @@ _UNKNOWN = re.compile(
     r"([\w.]+) is not an? (?:function block|structure|type|interface)"
 )
 #: Functions and types of the language, which no library has to declare.
+_TYPES = (
+    r"(?:BOOL|BYTE|[DL]?WORD|U?[SDL]?INT|L?REAL|W?STRING|L?TIME|L?DATE|DATE_AND_TIME|L?DT|L?TOD|"
+    r"TIME_OF_DAY|BIT)"
+)
 _LANGUAGE = re.compile(
-    r"__\w+|(?:TO|ANY_TO|ANY_NUM_TO)_[A-Z]+|[A-Z]+_TO_(?:L?REAL|U?[SDL]?INT|BOOL|BYTE|[DL]?WORD|"
-    r"W?STRING|L?TIME|L?DATE|L?DT|L?TOD)|BIT|X?SIZEOF|ADR|BITADR|INDEXOF|INI|TRUNC(?:_INT)?|MOVE|"
-    r"MUX|SEL|LIMIT|MIN|MAX|ABS|SQRT|LN|LOG|EXP|EXPT|A?SIN|A?COS|A?TAN|ATAN2|SH[LR]|RO[LR]|LEN|"
-    r"LEFT|RIGHT|MID|CONCAT|INSERT|DELETE|REPLACE|FIND|[RF]_TRIG|SR|RS|CT[UD]{1,2}|T[OP][NF]?|ANY",
+    rf"__\w+|(?:(?:{_TYPES}|ANY|ANY_NUM)_)?TO_{_TYPES}|{_TYPES}|X?SIZEOF|ADR|BITADR|INDEXOF|INI|"
+    r"TRUNC(?:_INT)?|MOVE|MUX|SEL|LIMIT|MIN|MAX|ABS|SQRT|LN|LOG|EXP|EXPT|A?SIN|A?COS|A?TAN|ATAN2|"
+    r"SH[LR]|RO[LR]|LEN|LEFT|RIGHT|MID|CONCAT|INSERT|DELETE|REPLACE|FIND|[RF]_TRIG|SR|RS|"
+    r"CT[UD]{1,2}|TON|TOF|TP|ANY",
     re.IGNORECASE,
 )
 _WORD = re.compile(r"\w+")
@@ -50,7 +54,8 @@ _WORDS = frozenset(
     )
 )
 _DECLARED = re.compile(
-    r"^\s*(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE|INTERFACE|CLASS|NAMESPACE)\s+"
+    r"^\s*(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE|INTERFACE|CLASS|NAMESPACE|"
+    r"METHOD|PROPERTY|ACTION)\s+"
     r"(?:(?:PUBLIC|INTERNAL|PRIVATE|PROTECTED|ABSTRACT|FINAL)\s+)*\"?([\w.]+)"
     r"|(?:^|;|\bVAR\w*)\s*(\w+(?:\s*,\s*\w+)*)\s*:(?!=)",
     re.IGNORECASE | re.MULTILINE,
@@ -178,10 +183,10 @@ def _kind(
     if not name:
         return Kind.GAP
     first, _, _ = name.partition(".")
-    if _LANGUAGE.fullmatch(name):
-        return Kind.GAP
     if name in declared or first in declared:
         return name if name in declared else first
+    if _LANGUAGE.fullmatch(name):
+        return Kind.GAP
     return Kind.MISSING if libraries else Kind.OTHER
 
 
@@ -194,8 +199,10 @@ def _unknown_name(error: InputError) -> str:
         return ""
     lines = Path(error.file).read_bytes().decode("latin-1").splitlines()
     line = lines[error.line - 1] if error.line and error.line <= len(lines) else ""
-    word = _WORD.match(line, max(0, (error.column or 1) - 1))
-    return word[0].upper() if word else ""
+    words = _WORD.findall(line, max(0, (error.column or 1) - 1))
+    if len(words) > 1 and words[0].upper() in ("SIZEOF", "XSIZEOF"):
+        words = words[1:]  # its size is not constant because its type is not known
+    return words[0].upper() if words else ""
 
 
 def _declared(files: Sequence[Path]) -> dict[str, Path]:

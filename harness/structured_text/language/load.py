@@ -302,17 +302,12 @@ def _analysed(
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
-<<<<<<< HEAD
-    project = _resolve(joined(sources), found, whole=not errors)
+    rules = rules_of(dialect_of(paths))
+    project = _resolve(joined(sources), found, whole=not errors, dialect=rules)
     causes = _causes(found, sources)
     if every:
         caused = [_consequence(one) for one in found if one not in causes]
         return project, [*errors, *causes, *caused]
-=======
-    rules = rules_of(dialect_of(paths))
-    project = _resolve(joined(sources), found, whole=not errors, dialect=rules)
-    found = _causes(found, sources)
->>>>>>> main
     # Declarations in an unreadable file are unknown to the other files.
     unread = {(one.file, one.line) for one in errors}
     errors += [

@@ -615,7 +615,7 @@ class Types:
                 result = {name: value} if kind.union else {**result, name: value}
             return result
         if isinstance(kind, BlockType) and isinstance(node, s.StructInit):
-            return self._block_value(node, kind, where, default)
+            return self._block_value(node, kind, where, default, later)
         if isinstance(kind, (ArrayType, StructType)) and isinstance(node, (s.Name, s.Field)):
             found = self._whole_constant(node, kind)
             if found is not None:
@@ -655,7 +655,12 @@ class Types:
         return self.initial[kind.name.upper()]
 
     def _block_value(
-        self, node: s.StructInit, kind: BlockType, where: Declared, default: Any
+        self,
+        node: s.StructInit,
+        kind: BlockType,
+        where: Declared,
+        default: Any,
+        later: Later | None = None,
     ) -> dict[str, Any]:
         where.note("an initial value of a block", node.at)
         pou = self.pous.get(kind.name.upper())
@@ -666,7 +671,8 @@ class Types:
             if pin is None or pin.section not in ("VAR", "VAR_INPUT", "VAR_OUTPUT"):
                 raise where.error(f"{kind.name} has no input {field.text}", field.at)
             start = pou.symbols[field.key].initial if pou is not None else None
-            result[pin.name] = self.initial_value(item, pin.type, where, start)
+            inner = later and later.member(field)
+            result[pin.name] = self.initial_value(item, pin.type, where, start, inner)
         return result
 
     def _items(
