@@ -29,11 +29,12 @@ from rich.table import Table
 from rcx_tools.bench.agreement import compared
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
 from rcx_tools.bench.refusals import Kind, Refusals, classified, references
-from rcx_tools.bench.repositories import REPOSITORIES, Repository, how_to_get
+from rcx_tools.bench.repositories import DIALECTS, REPOSITORIES, Repository, how_to_get
 from structured_text.engines.matiec.build import find_matiec
 from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.language.load import analyse
+from structured_text.language.source import in_dialect
 from structured_text.projects.formats import is_project
 from structured_text.projects.open import project_sources
 from structured_text.projects.sources import named_files
@@ -166,6 +167,8 @@ def _program(
         at = Path(error.file or entries[0])
         return [at], classified([at], {at: [error]}, libraries, repository.reviewed)
     files = [*(file for file in named if file not in projects), *made]
+    if dialect := DIALECTS.get(repository.tool):
+        files = [in_dialect(file, dialect) for file in files]
     _, errors = analyse(files, every=True)
     places: dict[str, list[Path]] = {}
     for file in files:

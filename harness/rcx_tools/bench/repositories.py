@@ -18,7 +18,7 @@ from pathlib import Path
 from rcx_tools.bench.refusals import Reviewed
 from structured_text.errors import InputError
 
-__all__ = ["REPOSITORIES", "Repository", "how_to_get"]
+__all__ = ["DIALECTS", "REPOSITORIES", "Repository", "how_to_get"]
 
 
 @dataclass(frozen=True)
@@ -84,6 +84,8 @@ def how_to_get() -> str:
     )
 
 
+#: Dialects of tools whose files do not say them.
+DIALECTS = {"SIMATIC AX": "ax"}
 _TWINCAT, _CODESYS, _AX, _TIA = "TwinCAT", "CODESYS", "SIMATIC AX", "TIA Portal"
 _BEREMIZ, _OSCAT, _LOGIX = "Beremiz", "CODESYS 2.3", "Logix"
 

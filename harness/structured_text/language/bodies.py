@@ -434,12 +434,22 @@ class _Statements:
             raise self._scope.error(
                 f"a FOR needs an integer counter, not a {describe(kind)}", node.counter.at
             )
-        start = self._expressions.check(node.start, kind)
+        start = self._start(node.start, kind)
         end = self._expressions.check(node.end, kind)
         step = self._step(node.step, kind) if node.step else t.Constant(1, kind)
         if isinstance(step, t.Constant) and step.value == 0:
             raise self._scope.error("a FOR loop with a step of 0 never ends", node.at)
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
+
+    def _start(self, node: s.Expression, kind: Type) -> t.Expression:
+        """Return the start of a FOR. SIMATIC AX converts one of a wider type without a word."""
+        found = self._expressions.infer(node)
+        wider = found != kind and type_name(found) in ANY_INT and type_name(kind) in ANY_INT
+        if self._scope.registry.dialect.name != "ax" or not wider:
+            return self._expressions.check(node, kind)
+        self._scope.note("an implicit conversion", node.at, "the start of a FOR")
+        found_value = self._expressions.check(node, None)
+        return self._expressions.converted(found_value, ELEMENTARY[type_name(kind)])
 
     def _step(self, node: s.Expression, kind: Type) -> t.Expression:
         """Return the step of a FOR. A counter without a sign may count down, too."""

@@ -75,7 +75,7 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
             prefix, _, name = node.text.partition("#")
             kind = types.get(prefix.upper())
             if isinstance(kind, EnumType):
-                return member(kind, s.Name(name, node.at), where)
+                return member(kind, s.Name(name.strip(), node.at), where)
             if prefix.upper() not in ELEMENTARY and prefix.upper() not in _SHORT:
                 raise where.error(f"there is no type {prefix}", node.at)
             kind, value = typed_literal(node.text)
@@ -140,6 +140,9 @@ def _retyped(found: Constant, kind: Type, at: s.Position, where: Declared) -> Co
         if have.base == kind.name or widening(have.base, kind.name) or low <= found.value <= high:  # type: ignore[operator]
             where.note("an enumeration as a number", at)
             return Constant(converted(found.value, have.base, kind), kind, True)
+    if isinstance(kind, EnumType) and have.name == kind.base and "strict" not in kind.attributes:
+        where.note("a number as an enumeration", at)
+        return Constant(found.value, kind, True)
     if isinstance(have, ElementaryType) and isinstance(kind, ElementaryType):
         texts = have.name in ANY_STRING and have.name == kind.name
         if texts and len(str(found.value)) <= string_length(kind):

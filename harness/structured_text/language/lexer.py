@@ -111,7 +111,8 @@ _PATTERN = re.compile(
         | L?(?:D|DATE|TOD|TIME_OF_DAY|DT|DATE_AND_TIME)\#[\d:.\-_]+
         | W?(?:CHAR|STRING)\#(?:'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
         | [A-Z_]\w*\#[-+]?
-          (?:\d+\#\w+|\d[\d_]*(?:\.\d[\d_]*)?E[-+]?\d+|\d[\d_]*\.\d[\d_]*|\d\w*|[A-Z_]\w*)
+          (?:\d+\#\w+|[ \t]+[A-Z_]\w*
+          |\d[\d_]*(?:\.\d[\d_]*)?E[-+]?\d+|\d[\d_]*\.\d[\d_]*|\d\w*|[A-Z_]\w*)
       )
     | (?P<IDENT>[A-Z_]\w*)
     | (?P<comment>\(\*)

@@ -196,6 +196,8 @@ class References:
     def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
         """Return the characters of a text as an array of BYTE or WORD, from index 0.
 
+        In the dialects of Siemens they are CHAR or WCHAR, from index 1.
+
         Raise InputError if the text is not a variable but the result of a call.
         """
         kind = base.type
@@ -208,6 +210,9 @@ class References:
         self._scope.note("a character of a text by its number", at)
         element = ELEMENTARY["BYTE" if kind.name == "STRING" else "WORD"]
         row = ArrayType("", ((0, string_length(kind)),), element)
+        if self._scope.registry.dialect.name in ("ax", "tia"):
+            element = ELEMENTARY["CHAR" if kind.name == "STRING" else "WCHAR"]
+            row = ArrayType("", ((1, string_length(kind)),), element)
         self._scope.declarations.views = True
         return t.Deref(t.Recast(_to(base, "POINTER"), ReferenceType("POINTER", row)), row)
 
