@@ -152,7 +152,10 @@ def classified(
     """
     declared = _declared(files)
     kinds = {
-        file: [(error, _kind(error, declared, libraries, reviewed)) for error in found]
+        file: [
+            (error, _kind(error, declared, libraries, reviewed, _lacks_namespace(found)))
+            for error in found
+        ]
         for file, found in errors.items()
     }
     result = Refusals()
@@ -173,6 +176,7 @@ def _kind(
     declared: Mapping[str, Path],
     libraries: frozenset[str],
     reviewed: Sequence[Reviewed],
+    lacks_namespace: bool,
 ) -> Kind | str:
     """Return the kind of an error; a text with names if it follows from one of their errors."""
     if isinstance(error, ConsequenceError):
@@ -180,6 +184,8 @@ def _kind(
     if any(re.search(one.message, str(error)) for one in reviewed):
         return Kind.OTHER
     name = _unknown_name(error)
+    if not name and lacks_namespace and libraries and _is_argument(error, declared):
+        return Kind.MISSING
     if not name:
         return Kind.GAP
     first, _, _ = name.partition(".")
@@ -190,6 +196,33 @@ def _kind(
     return Kind.MISSING if libraries else Kind.OTHER
 
 
+def _lacks_namespace(errors: Sequence[InputError]) -> bool:
+    """Return whether a file uses the functions of a namespace that is not at hand."""
+    return any(error.message.startswith("there is no namespace ") for error in errors)
+
+
+def _is_argument(error: InputError, declared: Mapping[str, Path]) -> bool:
+    """Return whether the value of an argument is refused.
+
+    In a file that uses a namespace which is not at hand, the call may mean the function of the same
+    name there: SIMATIC AX chooses among the functions of a name by the arguments, and so do the
+    `Equal` of a project and of its test library.
+    """
+    line = _line_of(error)[: max(0, (error.column or 1) - 1)]
+    called = re.search(r"(\w+)\s*\([^()]*$", line)
+    wrong = re.match(
+        r"an? .* is expected here|.* takes \d+ arguments|.* has no input", error.message
+    )
+    return wrong is not None and called is not None and called[1].upper() in declared
+
+
+def _line_of(error: InputError) -> str:
+    if error.file is None:
+        return ""
+    lines = Path(error.file).read_bytes().decode("latin-1").splitlines()
+    return lines[error.line - 1] if error.line and error.line <= len(lines) else ""
+
+
 def _unknown_name(error: InputError) -> str:
     """Return the refused name in upper case if the error may be that nobody declares it."""
     said = _UNKNOWN.match(error.message)
@@ -197,9 +230,7 @@ def _unknown_name(error: InputError) -> str:
         return str(said[1] or said[2] or said[3]).upper()
     if not error.message.startswith("a constant is expected here") or error.file is None:
         return ""
-    lines = Path(error.file).read_bytes().decode("latin-1").splitlines()
-    line = lines[error.line - 1] if error.line and error.line <= len(lines) else ""
-    words = _WORD.findall(line, max(0, (error.column or 1) - 1))
+    words = _WORD.findall(_line_of(error), max(0, (error.column or 1) - 1))
     if len(words) > 1 and words[0].upper() in ("SIZEOF", "XSIZEOF"):
         words = words[1:]  # its size is not constant because its type is not known
     return words[0].upper() if words else ""

@@ -11,6 +11,7 @@ from structured_text.language import tree as t
 from structured_text.language.calls import ENABLING, block_arguments, enabling, pin_of
 from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
+from structured_text.language.function_overloads import chosen_function
 from structured_text.language.functions import same_text
 from structured_text.language.methods import NOTHING
 from structured_text.language.objects import START
@@ -231,7 +232,11 @@ class _Statements:
         if method is not None:
             return frozenset(method[1].symbols)
         if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
-            pou = self._scope.declarations.pous.get(callee.key)
+            keys = self._scope.registry.overloads.get(callee.key, [callee.key])
+            pous = [self._scope.declarations.pous.get(key) for key in keys]
+            if len(pous) > 1:
+                return frozenset(key for one in pous if one is not None for key in one.symbols)
+            pou = pous[0]
             return frozenset(pou.symbols if pou is not None else ())
         if not isinstance(callee, PLACES) or isinstance(call, (s.Call, s.Invoke)):
             return frozenset()
@@ -339,6 +344,8 @@ class _Statements:
         method = self._expressions.methods.call(replace(node, callee=callee), value=False)
         if method is not None:
             return [t.Evaluate(method, node.at)]
+        if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
+            callee = chosen_function(callee, node.arguments, self._expressions)
         node = replace(node, callee=callee)
         if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
             pou = self._scope.declarations.pous.get(callee.key)

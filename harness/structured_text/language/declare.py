@@ -120,7 +120,8 @@ class Declarations(Types):
                 kind, initial = self.resolve(node.result, where, "result")
                 if has_block(kind):
                     raise where.error("a block cannot be a result", node.result.at)
-                result = Symbol(node.name.text, kind, "RESULT", node.result.at, initial)
+                text = self.registry.written_names.get(node.name.key, node.name.text)
+                result = Symbol(text, kind, "RESULT", node.result.at, initial)
             except InputError as error:
                 self._report(error)
                 self.broken.add(node.name.key)

@@ -10,10 +10,13 @@ widens.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.calls import function_arguments, standard_arguments
 from structured_text.language.checking import Checking
+from structured_text.language.function_overloads import chosen_function
 from structured_text.language.methods import NOTHING
 from structured_text.language.references import PLACES
 from structured_text.language.registry import ConsequenceError
@@ -103,7 +106,7 @@ class Functions:
 
     def result(self, node: s.Call) -> Type | None:
         """Return the type of the result; None if the context determines it."""
-        key = node.function.key
+        key = chosen_function(node.function, node.arguments, self._expressions).key
         declared = self._scope.declarations.pous.get(key)
         if declared is not None:
             return None if declared.result is None else declared.result.type
@@ -163,6 +166,9 @@ class Functions:
 
     def call(self, node: s.Call, want: Type | None) -> t.Expression:
         """Type a call, or raise InputError."""
+        chosen = chosen_function(node.function, node.arguments, self._expressions)
+        if chosen is not node.function:
+            node = replace(node, function=chosen)
         key, name, at = node.function.key, node.function.text, node.at
         pou = self._scope.declarations.pous.get(key)
         if pou is not None and pou.kind == "FUNCTION":
