@@ -25,6 +25,7 @@ from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.dialects import Dialect, dialect_of, rules_of
 from structured_text.language.located import located
+from structured_text.language.namespaces import separated
 from structured_text.language.parser import read_text
 from structured_text.language.phases import joined
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
@@ -303,7 +304,7 @@ def _analysed(
             errors += source.errors
     found: list[InputError] = []
     rules = rules_of(dialect_of(paths))
-    project = _resolve(joined(sources), found, whole=not errors, dialect=rules)
+    project = _resolve(separated(joined(sources)), found, whole=not errors, dialect=rules)
     causes = _causes(found, sources)
     if every:
         caused = [_consequence(one) for one in found if one not in causes]
