@@ -217,9 +217,9 @@ def _is_argument(error: InputError, declared: Mapping[str, Path]) -> bool:
     `Equal` of a project and of its test library.
     """
     line = _line_of(error)[: max(0, (error.column or 1) - 1)]
-    called = re.search(r"(\w+)\s*\([^()]*$", line)
+    called = re.findall(r"(\w+)\s*\(", line)
     wrong = _WRONG_ARGUMENT.match(error.message)
-    return wrong is not None and called is not None and called[1].upper() in declared
+    return wrong is not None and any(name.upper() in declared for name in called)
 
 
 def _line_of(error: InputError) -> str:

@@ -108,6 +108,14 @@ class Statements(Transformer[Token, Any]):
         self.note("several targets of an assignment", parts[0].at)
         return s.AssignChain(parts[:-1], parts[-1], parts[0].at)
 
+    def attempt(
+        self, target: s.Variable, _op: Token, value: s.Expression, _end: Token
+    ) -> s.CallStatement:
+        """Return `target ?= value` as the question for the interface of the target."""
+        self.note("?=", target.at)
+        arguments = tuple(s.Argument(None, one, False, one.at) for one in (value, target))
+        return s.CallStatement(s.Name("__QUERYINTERFACE", target.at), arguments, target.at)
+
     def latch(self, target: s.Variable, op: Token, value: s.Expression, _end: Token) -> s.Latch:
         word = op.upper()[:-1]
         self.note("REFERENCE TO" if word == "REF" else "S= or R=", position_of(op))

@@ -135,6 +135,7 @@ CONSTRUCTS = _TRANSLATED | {
     "a NAMESPACE": "write the name without it",
     f"arguments of {INIT}": "give them as inputs of the call",
     "a CASE of texts": "use IF",
+    "?=": "declare a variable of the interface that you need",
     "functions of one name": "give each function a name of its own",
     "ANY": "write a function for each type",
     "__QUERYINTERFACE or __QUERYPOINTER": "declare a variable of the interface that you need",

@@ -49,6 +49,7 @@ KEYWORDS = frozenset(
 
 PUNCTUATION = {
     ":=": "ASSIGN",
+    "?=": "ATTEMPT",
     "=>": "SENDTO",
     "<=": "LE",
     ">=": "GE",
@@ -118,7 +119,7 @@ _PATTERN = re.compile(
     | (?P<comment>\(\*)
     | (?P<line_comment>//)
     | (?P<block_comment>/\*)
-    | (?P<punctuation>:=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
+    | (?P<punctuation>:=|\?=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
     | (?P<REALNUM>\d[\d_]*(?:\.\d[\d_]*(?:E[-+]?\d+)?|E[-+]?\d+))
     | (?P<INTEGER>(?:2|8|10|16)\#\w+|\d[\d_]*)
     | (?P<STRING>'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")

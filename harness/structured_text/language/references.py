@@ -337,7 +337,10 @@ class References:
         elif not isinstance(kind, InterfaceType):
             text = f"{name} needs a variable of an interface, not a {describe(kind)}"
             raise self._scope.error(text, second.at)
+        every = self._scope.registry.dialect.name == "ax"  # each interface can be asked for
         for one, at in ((source.type, first.at), (asked, second.at)):
+            if every:
+                break
             if isinstance(one, InterfaceType) and not objects.is_a(one, InterfaceType(_QUERY)):
                 hint = f"let {one.name} EXTEND __SYSTEM.{_QUERY}"
                 raise self._scope.error(f"{name} cannot ask for {one.name}", at, hint)
