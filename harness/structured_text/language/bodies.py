@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
@@ -205,10 +206,10 @@ class _Statements:
         self._scope.note("EN or ENO", next(iter(found.values())).at)
         rest = tuple(one for one in call.arguments if one not in found.values())
         plain = replace(call, arguments=rest)
-        inner = replace(node, value=plain) if isinstance(node, s.Assign) else plain
-        self._made.append(inner)  # type: ignore[arg-type]
+        inner: Any = plain if node is call else replace(node, value=plain)  # type: ignore[arg-type]
+        self._made.append(inner)
         condition = self._condition(found["EN"].value) if "EN" in found else None
-        then = [*self._lowered(inner), *self._flag(found.get("ENO"), "TRUE")]  # type: ignore[arg-type]
+        then = [*self._lowered(inner), *self._flag(found.get("ENO"), "TRUE")]
         if condition is None:
             return then
         otherwise = tuple(self._flag(found.get("ENO"), "FALSE"))
@@ -645,7 +646,7 @@ class _BlockCalls:
             raise self._scope.error(
                 f"{block.name} has no output {argument.name.text}",
                 argument.at,
-                f"it has {', '.join(outputs)}",
+                f"use {', '.join(outputs)}",
             )
         assert isinstance(argument.value, PLACES)
         found = self._expressions.writable(argument.value)

@@ -1,4 +1,4 @@
-"""Constructs beyond the portable subset: their names, and what to write instead of them.
+"""Constructs beyond the portable subset, each with its name and the portable alternative.
 
 The built-in engine runs all of them. A tool that knows only the portable subset refuses a program
 with such a construct and names it.
@@ -94,6 +94,7 @@ CONSTRUCTS = _TRANSLATED | {
     "the assignment of a block": "assign its variables",
     "VAR_STAT": "use VAR of a block",
     "VAR_INST": "use VAR of a block",
+    "VAR_GENERIC": "write a block for each value",
     "VAR_EXTERNAL in a FUNCTION": "give it as an input",
     "a section in another place": "use VAR",
     "a located array": "locate each element as a variable of its own",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
@@ -243,8 +244,10 @@ class Declarations(Types):
                 Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
                 for name in node.names
             ]
-        places = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
-        in_block = pou == "FUNCTION_BLOCK" and section.kind in places
+        kind: Type
+        initial: Any
+        own = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
+        in_block = pou == "FUNCTION_BLOCK" and section.kind in own
         generic = None
         if section.kind == "VAR_INPUT" and pou in ("FUNCTION", "METHOD", "FUNCTION_BLOCK"):
             generic = self.any_type(node.spec, where)
@@ -429,7 +432,7 @@ class Declarations(Types):
             raise where.error(
                 f"a {describe(kind)} does not fit the address {text}",
                 node.address.at,
-                "X takes BOOL, B 8 bits, W 16, D 32, L 64; so do elements of arrays, but for BOOL",
+                "use X for BOOL, B for 8 bits, W 16, D 32, L 64; arrays of BOOL are not possible",
             )
         if one != kind:
             where.note("a located array", node.address.at)

@@ -33,7 +33,8 @@ _GROUPS = (
     *("REPEAT", "RESOURCE", "STRUCT", "TYPE", "UNION", "VAR", "WHILE"),
 )
 _SECTIONS = (
-    *("CONFIG", "EXTERNAL", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT", "STAT", "TEMP"),
+    *("CONFIG", "EXTERNAL", "GENERIC", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT"),
+    *("STAT", "TEMP"),
 )
 KEYWORDS = frozenset(
     (

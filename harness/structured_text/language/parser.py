@@ -140,6 +140,11 @@ class _Builder(Statements):
         self.note("STRING with a length", name.at)
         return s.NamedSpec(name, name.at, size)
 
+    def generic_spec(self, name: s.Name, *rest: Any) -> s.NamedSpec:
+        self.note("VAR_GENERIC", name.at)
+        values = tuple(one for one in rest if not isinstance(one, Token))
+        return s.NamedSpec(name, name.at, generics=values)
+
     def detailed_spec(self, name: s.Name, *rest: Any) -> Any:
         items = [item for item in rest if item is not None and not isinstance(item, Token)]
         if not items:
@@ -387,7 +392,7 @@ class _Builder(Statements):
             self.note("several qualifiers", position_of(word))
         if "PERSISTENT" in words:
             self.note("PERSISTENT", position_of(word))
-        if word.type in ("VAR_STAT", "VAR_INST"):
+        if word.type in ("VAR_STAT", "VAR_INST", "VAR_GENERIC"):
             self.note(word.upper(), position_of(word))
         qualifier = "CONSTANT" if "CONSTANT" in words else "RETAIN" if words else ""
         qualifier = "NON_RETAIN" if words == ["NON_RETAIN"] else qualifier

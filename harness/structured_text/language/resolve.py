@@ -188,6 +188,7 @@ class Types:
         bits: set[str] = set()
         values: dict[str, Any] = {}
         if base is not None:
+            self.registry.check_reachable(base, where)
             known = self.type_named(last_name(base))
             if known is None and last_name(base) in self.registry.types:
                 raise ConsequenceError(f"the declaration of {base.text} has an error")
@@ -305,10 +306,12 @@ class Types:
                 text = f"a {describe(kind)} takes no arguments in ( )"
                 raise where.error(text, spec.at, "remove the ( )")
             return kind, initial
-        space, _, key = spec.name.key.rpartition(".")
+        if spec.generics:
+            text = f"{spec.name.text} has no VAR_GENERIC"
+            raise where.error(text, spec.at, "leave out what is in < >")
+        self.registry.check_reachable(spec.name, where)
+        key = last_name(spec.name)
         name = spec.name.text[-len(key) :]
-        if space and space not in self.registry.namespaces:
-            raise where.error(f"there is no namespace {spec.name.text[: len(space)]}", spec.at)
         if key in self.registry.interfaces:
             return InterfaceType(self.registry.interfaces[key].node.name.text), None
         if spec.length is not None:

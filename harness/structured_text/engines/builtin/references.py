@@ -298,9 +298,9 @@ NAMES: dict[str, Any] = {
     "no_block": _NO_BLOCK,
     "same": _same,
     "asked": _asked,
-    "new": _new,
-    "new_row": _new_row,
-    "delete": _delete,
+    "heap_new": _new,
+    "heap_row": _new_row,
+    "heap_delete": _delete,
 }
 
 
@@ -316,7 +316,7 @@ class _Held(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """An object or list: the way to it, its path in user notation, and its type."""
+    """An object or list: the code to reach it, its path in user notation, and its type."""
 
     way: tuple[str | int, ...]
     path: str
