@@ -150,7 +150,8 @@ def result(repository: Repository, root: Path) -> Result:
     found = Result()
     for entries in repository.programs(root):
         files, refusals = _program(entries, libraries, repository)
-        found.files += files
+        known = set(found.files)  # a library of several programs counts once
+        found.files += [file for file in files if file not in known]
         found.refusals.merge(refusals)
     return found
 
@@ -162,7 +163,7 @@ def _program(
     try:
         named = named_files(entries)
         projects = [file for file in named if is_project(file)]
-        made = project_sources(projects, {}).paths if projects else ()
+        made = project_sources(projects, {}, repository.device).paths if projects else ()
     except InputError as error:
         at = Path(error.file or entries[0])
         return [at], classified([at], {at: [error]}, libraries, repository.reviewed)

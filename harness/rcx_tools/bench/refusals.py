@@ -184,6 +184,8 @@ def _kind(
         return error.message
     if any(re.search(one.message, str(error)) for one in reviewed):
         return Kind.OTHER
+    if error.message.startswith("C code in a pragma"):
+        return Kind.OTHER  # its body is not Structured Text
     name = _unknown_name(error)
     if not name and lacks_namespace and libraries and _is_argument(error, declared):
         return Kind.MISSING

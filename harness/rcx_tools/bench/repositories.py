@@ -31,6 +31,8 @@ class Repository:
         tool: The tool that its files are written for.
         together: Patterns of files, folders or projects; all of them are one program.
         each: Patterns of files, folders or projects; each of them is a program of its own.
+        libraries: Patterns of what belongs to each of these programs as well.
+        device: The device of a CODESYS project with several ones.
         leaves_out: A pattern of paths that are not measured, with the reason in a comment.
         reviewed: Messages that were read by a person and are no gap.
         beyond: Constructs on which its programs depend and which are refused by name; with them it
@@ -42,6 +44,8 @@ class Repository:
     tool: str
     together: tuple[str, ...] = ()
     each: tuple[str, ...] = ()
+    libraries: tuple[str, ...] = ()
+    device: str = ""
     leaves_out: str = ""
     reviewed: tuple[Reviewed, ...] = ()
     beyond: str = ""
@@ -59,8 +63,9 @@ class Repository:
         folder = self.folder(root)
         if self.together:
             yield [path for pattern in self.together for path in self._found(folder, pattern)]
+        shared = [path for pattern in self.libraries for path in self._found(folder, pattern)]
         for pattern in self.each:
-            yield from ([path] for path in self._found(folder, pattern))
+            yield from ([path, *shared] for path in self._found(folder, pattern))
 
     def _found(self, folder: Path, pattern: str) -> list[Path]:
         paths = [
@@ -101,7 +106,9 @@ REPOSITORIES = (
         "stefanbesler/struckig",
         "0bc321d79dc40de268836eda6691347b1065f2d2",
         _TWINCAT,
-        together=("Struckig/**/*.plcproj", "tests/**/*.plcproj", "examples/**/*.plcproj"),
+        together=("Struckig/**/*.plcproj", "tests/**/*.plcproj"),
+        each=("examples/**/*.plcproj",),
+        libraries=("Struckig/**/*.plcproj",),
     ),
     Repository(
         "fisothemes/TwinCat-Dynamic-Collections",
@@ -133,6 +140,7 @@ REPOSITORIES = (
         "298b7bfd73761792e480cad00f342dc38d54a763",
         _CODESYS,
         each=("src/Exports/PLCopen.xml",),
+        device="Wago_PFC200_G1_Lab",
     ),
     Repository(
         "simsum/oscat",

@@ -289,9 +289,10 @@ class Declarations(Types):
         started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
         if started:
             where.note(f"arguments of {INIT}", node.spec.at)
-        if started and (section.kind != "VAR" or pou not in ("PROGRAM", "FUNCTION_BLOCK")):
+        places = ("PROGRAM", "FUNCTION_BLOCK", "METHOD")
+        if started and section.kind != "VAR_INST" and (section.kind != "VAR" or pou not in places):
             raise where.error(
-                f"{INIT} takes arguments in VAR of a block or program only",
+                f"{INIT} takes arguments in VAR of a block, program or method only",
                 node.spec.at,
                 "declare the block there, as a variable of its own",
             )

@@ -39,6 +39,7 @@ from structured_text.language.registry import (
 )
 from structured_text.language.scalars import TIME
 from structured_text.language.source import is_narrow, source_text
+from structured_text.language.starting import instance_sections
 from structured_text.language.system import QUERY, system_declaration
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
@@ -482,7 +483,8 @@ def _resolve(
             check_body(scope, declared.node.body, errors.append)
             if visit is not None:
                 visit(scope, declared.node.body)
-            check_start(scope, declared.node.sections, errors.append)
+            sections = (*declared.node.sections, *instance_sections(declared.node))
+            check_start(scope, sections, errors.append)
     for method, syntax, where in declarations.inheritance.bodies():
         scope = Scope(method, where, registry, declarations)
         check_body(scope, syntax.body, errors.append)
