@@ -216,10 +216,19 @@ class _Reader:
         qualifiers = "".join(
             word for name, word in _QUALIFIERS.items() if element.get(name) in ("true", "1")
         )
-        yield from made(element.at, f"{indent}{SECTIONS[element.name]}{qualifiers}")
-        for variable in element.all("variable"):
-            yield from self._variable(variable, f"{indent}  ")
-        yield from made(element.end, f"{indent}END_VAR")
+        by_place = [one for one in element.all("variable") if _is_by_place(one)]
+        for word, variables in (
+            (
+                SECTIONS[element.name],
+                [one for one in element.all("variable") if one not in by_place],
+            ),
+            ("VAR_IN_OUT", by_place),
+        ):
+            if variables or word != "VAR_IN_OUT" or element.name == "inOutVars":
+                yield from made(element.at, f"{indent}{word}{qualifiers}")
+                for variable in variables:
+                    yield from self._variable(variable, f"{indent}  ")
+                yield from made(element.end, f"{indent}END_VAR")
 
     def _variable(self, element: Element, indent: str) -> Lines:
         address = f" AT {element.get('address')}" if element.get("address") else ""
@@ -368,6 +377,13 @@ class _Reader:
 def _unnamed(element: Element) -> list[Element]:
     """Return the global variables of a configuration or resource, without named lists."""
     return [one for one in element.all("globalVars") if not one.get("name")]
+
+
+def _is_by_place(variable: Element) -> bool:
+    """Return whether CODESYS has written a VAR_IN_OUT of open length as an input."""
+    found = variable.all("addData", "data", "Attributes", "Attribute")
+    scope = "variable_length_array_original_scope"
+    return any(one.get("Name") == scope and one.get("Value") == "Inout" for one in found)
 
 
 def _start_arguments(variable: Element) -> str:
