@@ -92,7 +92,8 @@ def test_pins_of_a_block_start_with_variables(scanned: Callable[..., BuiltinProg
     assert program.read("Main.N") == 41
 
 
-_OVERLOADS = """FUNCTION ToS : STRING VAR_INPUT V : INT; END_VAR ToS := CONCAT('I', INT_TO_STRING(V));
+_OVERLOADS = """FUNCTION ToS : STRING VAR_INPUT V : INT; END_VAR
+ToS := CONCAT('I', INT_TO_STRING(V));
 END_FUNCTION
 FUNCTION ToS : STRING VAR_INPUT V : REAL; END_VAR ToS := 'R'; END_FUNCTION
 FUNCTION ToS : STRING VAR_INPUT V : ARRAY [*] OF INT; END_VAR ToS := ToS(V := V[1]); END_FUNCTION
@@ -103,7 +104,8 @@ END_FUNCTION
 FUNCTION Get : BOOL VAR_INPUT S : STRING; END_VAR VAR_OUTPUT V : DINT; END_VAR V := 2;
 END_FUNCTION
 PROGRAM Main
-VAR A : STRING; B : STRING; C : STRING; D : STRING; I : SINT := 3; L : ARRAY [1..2] OF INT := [7, 8];
+VAR A : STRING; B : STRING; C : STRING; D : STRING; I : SINT := 3;
+  L : ARRAY [1..2] OF INT := [7, 8];
   N : INT; X : SINT; Y : DINT; END_VAR
 A := ToS(V := I); B := ToS(1.5); C := ToS(L); D := ToS(5);
 Check(V := TRUE, N := N); Check(V := 4, N := N);
