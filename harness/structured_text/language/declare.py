@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
@@ -120,7 +121,8 @@ class Declarations(Types):
                 kind, initial = self.resolve(node.result, where, "result")
                 if has_block(kind):
                     raise where.error("a block cannot be a result", node.result.at)
-                result = Symbol(node.name.text, kind, "RESULT", node.result.at, initial)
+                text = self.registry.written_names.get(node.name.key, node.name.text)
+                result = Symbol(text, kind, "RESULT", node.result.at, initial)
             except InputError as error:
                 self._report(error)
                 self.broken.add(node.name.key)
@@ -242,8 +244,10 @@ class Declarations(Types):
                 Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
                 for name in node.names
             ]
-        places = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
-        in_block = pou == "FUNCTION_BLOCK" and section.kind in places
+        kind: Type
+        initial: Any
+        own = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
+        in_block = pou == "FUNCTION_BLOCK" and section.kind in own
         generic = None
         if section.kind == "VAR_INPUT" and pou in ("FUNCTION", "METHOD", "FUNCTION_BLOCK"):
             generic = self.any_type(node.spec, where)
@@ -285,9 +289,10 @@ class Declarations(Types):
         started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
         if started:
             where.note(f"arguments of {INIT}", node.spec.at)
-        if started and (section.kind != "VAR" or pou not in ("PROGRAM", "FUNCTION_BLOCK")):
+        places = ("PROGRAM", "FUNCTION_BLOCK", "METHOD")
+        if started and section.kind != "VAR_INST" and (section.kind != "VAR" or pou not in places):
             raise where.error(
-                f"{INIT} takes arguments in VAR of a block or program only",
+                f"{INIT} takes arguments in VAR of a block, program or method only",
                 node.spec.at,
                 "declare the block there, as a variable of its own",
             )
@@ -428,7 +433,7 @@ class Declarations(Types):
             raise where.error(
                 f"a {describe(kind)} does not fit the address {text}",
                 node.address.at,
-                "X takes BOOL, B 8 bits, W 16, D 32, L 64; so do elements of arrays, but for BOOL",
+                "use X for BOOL, B for 8 bits, W 16, D 32, L 64; arrays of BOOL are not possible",
             )
         if one != kind:
             where.note("a located array", node.address.at)

@@ -31,6 +31,7 @@ from structured_text.language.foreign import (
     one_for_all,
 )
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
+from structured_text.language.pou_names import with_names
 from structured_text.language.recovery import read_tokens
 from structured_text.language.source import Extract, source_text, title_of
 from structured_text.language.words import ACCESSORS
@@ -138,6 +139,11 @@ class _Builder(Statements):
     ) -> s.NamedSpec:
         self.note("STRING with a length", name.at)
         return s.NamedSpec(name, name.at, size)
+
+    def generic_spec(self, name: s.Name, *rest: Any) -> s.NamedSpec:
+        self.note("VAR_GENERIC", name.at)
+        values = tuple(one for one in rest if not isinstance(one, Token))
+        return s.NamedSpec(name, name.at, generics=values)
 
     def detailed_spec(self, name: s.Name, *rest: Any) -> Any:
         items = [item for item in rest if item is not None and not isinstance(item, Token)]
@@ -386,7 +392,7 @@ class _Builder(Statements):
             self.note("several qualifiers", position_of(word))
         if "PERSISTENT" in words:
             self.note("PERSISTENT", position_of(word))
-        if word.type in ("VAR_STAT", "VAR_INST"):
+        if word.type in ("VAR_STAT", "VAR_INST", "VAR_GENERIC"):
             self.note(word.upper(), position_of(word))
         qualifier = "CONSTANT" if "CONSTANT" in words else "RETAIN" if words else ""
         qualifier = "NON_RETAIN" if words == ["NON_RETAIN"] else qualifier
@@ -551,6 +557,7 @@ def read_text(text: str, file: Path) -> s.Source:
     if not isinstance(file, Extract) and (error := not_structured_text(found, file)):
         return s.Source(file, (), errors=(error,))
     found = corrected(found, file, notes.errors.append)
+    found = with_names(found, file, notes.uses)
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     builder.entries = []
     declarations, errors = read_tokens(lark, found, file)

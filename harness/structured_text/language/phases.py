@@ -48,7 +48,8 @@ def joined(sources: Sequence[s.Source]) -> list[s.Source]:
     tasks = {folder: _Task(sources, folder) for folder in {_folder(one) for one in sources}}
     result = []
     for source in sources:
-        task, kept = tasks[_folder(source)], []
+        task = tasks[_folder(source)]
+        kept: list[s.Declaration] = []
         for node in source.declarations:
             if not isinstance(node, s.Pou):
                 kept.append(node)

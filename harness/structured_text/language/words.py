@@ -58,7 +58,7 @@ def is_soft(word: str, previous: str, text: str, behind: int) -> bool:
     `previous` is the kind of the token before it, and `behind` the offset behind the word.
     """
     if word in _QUALIFIERS:
-        behind_section = previous.startswith("VAR") or previous in _QUALIFIERS
+        behind_section = previous.startswith("VAR") or previous in (*_QUALIFIERS, "WORD")
         return not behind_section or _AS_NAME.match(text, behind) is not None
     begins = previous in ("", "SEMICOLON", "ERROR") or previous.startswith("END_")
     if word in ("CONFIGURATION", "ACTION"):

@@ -103,23 +103,36 @@ def read_scl(file: Path, calls: Mapping[str, str] | None = None) -> Project:
 
     `calls` are blocks that other files call on data blocks (see `called`).
     """
+    content = file_bytes(file, SOURCE)
     reader = _Reader(_text(file), file, calls)
-    return Project(tuple(reader.units()), tuple(reader.notes))
+    units = tuple(reader.units())
+    notes = [f"{file} is not UTF-8: it is read as Windows-1252"] if _is_narrow(content) else []
+    return Project(units, (*notes, *reader.notes))
 
 
 def _text(file: Path) -> str:
     return _TITLE.sub(r"\1", _decoded(file_bytes(file, SOURCE)))
 
 
+def _is_narrow(content: bytes) -> bool:
+    """Return whether a source is neither UTF-8 nor UTF-16 with a mark."""
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return False
+    try:
+        content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return True
+    return False
+
+
 def _decoded(content: bytes) -> str:
     """Decode a source: TIA Portal writes UTF-8, or UTF-16 with a mark; STEP 7 writes cp1252."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = content.decode("utf-16", errors="replace")
+    elif _is_narrow(content):
+        text = content.decode("cp1252", errors="replace")
     else:
-        try:
-            text = content.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = content.decode("cp1252", errors="replace")
+        text = content.decode("utf-8-sig")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -194,7 +207,7 @@ class _Reader:
                 if token.kind in ("attribute",) or token.text == ";":
                     place += 1
                     continue
-                hint = f"an SCL source begins with {', '.join(_UNITS)}"
+                hint = f"begin the source with {', '.join(_UNITS)}"
                 raise self._error(f"{token.text!r} is not expected here", token, hint)
             end = self._find(f"END_{token.word}", place, len(self._code))
             if end == len(self._code):

@@ -10,8 +10,10 @@ from typing import Any
 import pytest
 
 from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.collector import Collector
 from structured_text.errors import InputError
 from structured_text.language.load import analyse, load
+from structured_text.language.project import Project
 
 Build = Callable[..., BuiltinProgram]
 Mistakes = Callable[..., list[InputError]]
@@ -110,6 +112,31 @@ def test_statements_have_the_values_of_a_hand_calculation(
         return
     program = _run(build, body)
     assert {name: program.read(f"Main.{name}") for name in expected} == expected
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "B := (I := I + 1) > 0 AND (J := J + 1) > 2; C := B OR (K := K + 1) = 1;",
+        "IF B := (I := I + 1) > 1 AND_THEN (J := J + 1) > 0 THEN K := K + 1; END_IF;",
+        "WHILE (I := I + 1) < 5 AND NOT (B := I = 3) DO J := J + I; END_WHILE; I := 0;",
+        "N := ADD(EN := I > 0 AND J < 2, IN1 := N, IN2 := 1, ENO => B); I := 1; J := J + 1;",
+        "N := N + 1; RETURN((I := I + 1) > 1 OR B); K := K + 1;",
+        "FOR U := 2 TO 0 BY -1 DO N := N + 1; END_FOR; L[0](EN := N > 3, X := N, ENO => B);",
+    ],
+)
+def test_coverage_does_not_change_what_they_do(
+    project_of: Callable[..., Project], body: str
+) -> None:
+    project = project_of(f"{_BEFORE}PROGRAM P1\nVAR {_VARIABLES} END_VAR\n{body}\nEND_PROGRAM\n")
+    seen = []
+    for collector in (None, Collector()):
+        program = BuiltinProgram.build(project, collector)
+        for scan in range(3):
+            program.scan(scan)
+            seen.append([program.read(f"Main.{name}") for name in ("I", "J", "K", "N", "B", "C")])
+    assert seen[:3] == seen[3:]
+    assert seen[0] != [0, 0, 0, 0, False, False]
 
 
 @pytest.mark.parametrize(

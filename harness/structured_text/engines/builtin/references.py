@@ -185,7 +185,7 @@ def _new_row(shared: Any, number: int, count: int, make: Callable[[], Any]) -> A
     return _new(shared, [make() for _ in range(count)], number)
 
 
-def _release(shared: Any, pointer: Any) -> None:
+def _delete(shared: Any, pointer: Any) -> None:
     """Call the exit methods of a variable made by `_new`, and forget it."""
     if pointer is _NULL:
         return
@@ -298,9 +298,9 @@ NAMES: dict[str, Any] = {
     "no_block": _NO_BLOCK,
     "same": _same,
     "asked": _asked,
-    "new": _new,
-    "new_row": _new_row,
-    "release": _release,
+    "heap_new": _new,
+    "heap_row": _new_row,
+    "heap_delete": _delete,
 }
 
 
@@ -316,7 +316,7 @@ class _Held(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """An object or list: the way to it, its path in user notation, and its type."""
+    """An object or list: the code to reach it, its path in user notation, and its type."""
 
     way: tuple[str | int, ...]
     path: str

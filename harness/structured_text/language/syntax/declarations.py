@@ -51,6 +51,8 @@ __all__ = [
 class NamedSpec:
     """A type given by its name; `length` is the length of a STRING.
 
+    `generics` are the values of the generic constants of a block: `Buffer<6>`.
+
     `arguments` are the arguments behind the name of a block: `Front : Drive(Axis := 1);`. `empty`
     is true for parentheses without arguments: `Start : R_TRIG();`.
     """
@@ -60,6 +62,7 @@ class NamedSpec:
     length: Expression | None = None
     arguments: tuple[Argument, ...] = ()
     empty: bool = False
+    generics: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -167,7 +170,7 @@ class VarDecl:
 class Section:
     """A VAR … END_VAR section; `kind` is its upper-case opening word.
 
-    `qualifier` is CONSTANT if that is one of the qualifiers, else the first one, or empty.
+    `qualifier` is CONSTANT if the section has it, else the first qualifier, or empty.
     `access` is its access word in upper case, as in `VAR PRIVATE`, or empty.
     """
 

@@ -155,7 +155,7 @@ _STATEMENTS = [
     ("CONTINUE;", "CONTINUE stands outside a loop"),
     ("JMP done;", "JMP is not supported"),
     ("LD I", "Instruction List is not supported"),
-    ("F(Data := P, EN := TRUE);", "EN is not supported"),
+    ("F(Data := P, EN => B);", "EN is an input"),
     ("IF := 1;", "an expression is expected"),
 ]
 
@@ -369,10 +369,10 @@ def test_every_error_of_all_files_is_listed_in_their_order(mistakes_of: Errors) 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (missing,) = check([tmp_path / "none.st"])
-    (tmp_path / "binary.st").write_bytes(b"PROGRAM \xff")
+    (tmp_path / "binary.st").write_bytes(b"\xef\xbb\xbfPRO \xff")
     (binary,) = check([tmp_path / "binary.st"])
     assert "cannot be read" in str(missing)
-    assert "byte 8 is not UTF-8" in str(binary)
+    assert "byte 4 is not UTF-8" in str(binary)
     assert missing.file == str(tmp_path / "none.st")
 
 
