@@ -65,7 +65,8 @@ def test_(given: Options) -> None:
     """Run the unit tests of a program: TcUnit suites, in virtual time, without TwinCAT.
 
     Suites are blocks that extend FB_TestSuite; a program calls RUN or RUN_IN_SEQUENCE. Leave the
-    library TcUnit itself out: its interface is built in.
+    library TcUnit itself out: its interface is built in. Files with TEST blocks, as STruC++ has
+    them, run as well.
 
     Exit code: 0 if all tests have passed, 1 if a test has failed or not finished, or with too
     little coverage, 2 on bad input.
