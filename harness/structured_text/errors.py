@@ -21,6 +21,7 @@ __all__ = [
     "legible",
     "near",
     "refused",
+    "similar",
 ]
 
 try:  # the distribution that ships this package may define the names
@@ -83,6 +84,9 @@ class InputError(Exception):
         column: int | None = None,
         hint: str = "",
     ) -> None:
+        place = getattr(file, "place", None)  # of a source that has lines of two files
+        if place is not None and line is not None:
+            file, line = place(line)
         self.message = message
         self.file = str(file) if file is not None else None
         self.line = line
@@ -113,6 +117,13 @@ def did_you_mean(names: Sequence[str]) -> str:
     return f"did you mean {' or '.join(names)}" if names else ""
 
 
+def similar(name: str, known: Iterable[str], most: int = 2) -> list[str]:
+    """Return the known names that are spelt like a name; case and underscores do not count."""
+    plain = {one.lower().replace("_", ""): one for one in known}
+    found = get_close_matches(name.lower().replace("_", ""), plain, most, cutoff=0.8)
+    return [plain[one] for one in found]
+
+
 def near(name: str, known: Iterable[str], every: str = "there are") -> str:
     """Return the hint for an unknown name: similar names, or all known names."""
     names = list(known)
@@ -131,11 +142,11 @@ def refused(error: OSError) -> InputError:
     if error.filename is not None:
         return InputError(f"cannot be accessed: {reason}", file=os.fsdecode(error.filename))
     if error.errno in (errno.EMFILE, errno.ENFILE):
-        hint = "`ulimit -n` shows the limit, and raises it"
+        hint = "raise the limit with `ulimit -n`"
         return InputError(f"files cannot be opened: {reason}", hint=hint)
     try:
         os.getcwd()
     except OSError:
         hint = "change to another one"
         return InputError("the current folder cannot be accessed: it may be gone", hint=hint)
-    return InputError(f"the system has refused something: {reason}")
+    return InputError(f"the operating system refused a request: {reason}")

@@ -133,7 +133,7 @@ def test_a_missing_plc_is_one_line(capsys: Captured) -> None:
     assert main(["bridge", "--plc", "127.0.0.1:1", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("rcx: no Modbus TCP connection to 127.0.0.1:1: ")
-    assert "; is its Modbus server on; --wait starts without it" in error
+    assert "; switch its Modbus server on, or start the bridge with --wait" in error
     assert error.count("\n") == 1
 
 
@@ -159,27 +159,27 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
     [
         (["--size", "64"], "an area of 64 bytes does not exist"),
         (["--size", "256"], "its areas have another size: try --size 48"),
-        (["--read", "190"], "illegal data address; does the PLC have these registers"),
+        (["--read", "190"], "illegal data address; check that the PLC has these registers"),
         (["--read", "1020"], "the registers 1020 to 1044 and 1024 to 1048 overlap"),
         (["--unit", "256"], "--unit 256 is not a unit identifier"),
-        (["--period", "0ms"], "--period 0ms cannot be served; it can be 1ms to 1s"),
+        (["--period", "0ms"], "--period 0ms cannot be served; use 1ms to 1s"),
         (["--period", "2s"], "--period 2s cannot be served"),
         (["--timeout", "15ms"], "--timeout 15ms is less than two periods of 10ms"),
         (["--timeout", "1h"], "a time-out of"),
-        (["--rpi", "10us"], "--rpi 10us cannot be served; it can be 1ms to 1s"),
-        (["--rpi", "soon"], "--rpi: not a duration: 'soon'"),
-        (["--heartbeat", "-1s"], "--heartbeat: not a duration: '-1s'"),
-        (["--hold", "nan"], "--hold: not a duration: 'nan'"),
-        (["--timeout", "inf"], "--timeout: not a duration: 'inf'"),
+        (["--rpi", "10us"], "--rpi 10us cannot be served; use 1ms to 1s"),
+        (["--rpi", "soon"], "--rpi: 'soon' is not a duration"),
+        (["--heartbeat", "-1s"], "--heartbeat: '-1s' is not a duration"),
+        (["--hold", "nan"], "--hold: 'nan' is not a duration"),
+        (["--timeout", "inf"], "--timeout: 'inf' is not a duration"),
         (["--period", "999999h"], "--period: '999999h' is too long for a duration"),
         (["--unit", "-1"], "--unit -1 is not a unit identifier"),
         (["--read", "-1"], "--read -1: there are no registers -1 to 23"),
         (["--from", "here"], "--from 'here' is not an IPv4 address"),
-        (["--plc", "127.0.0.1:\u0661"], "is no address; write it as"),
-        (["--plc", "127.0.0.1:" + "9" * 5_000], "is no address; write it as"),
-        (["--plc", "plc:modbus"], "--plc 'plc:modbus' is no address"),
-        (["--robot", ":44818"], "--robot ':44818' is no address"),
-        (["--robot", "10.0.0.1:70000"], "--robot '10.0.0.1:70000' is no address"),
+        (["--plc", "127.0.0.1:\u0661"], "is not an address; write it as"),
+        (["--plc", "127.0.0.1:" + "9" * 5_000], "is not an address; write it as"),
+        (["--plc", "plc:modbus"], "--plc 'plc:modbus' is not an address"),
+        (["--robot", ":44818"], "--robot ':44818' is not an address"),
+        (["--robot", "10.0.0.1:70000"], "--robot '10.0.0.1:70000' is not an address"),
     ],
 )
 def test_bad_input_is_one_line(

@@ -195,7 +195,7 @@ def test_each_change_of_state_is_reported_once(
     loop: Loop, room: Room, robot: Robot, news: list[tuple[State, str]]
 ) -> None:
     run(loop, room)
-    told = "it is being told that there was no connection"
+    told = "it is being informed that there was no connection"
     assert news == [(State.CLEARING, told), (State.RUN, "")]
     robot.there = False
     for _ in range(3):

@@ -29,7 +29,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
 
 @pytest.mark.parametrize("number", [-1, _NAN, True, 1.5, "2", None, 10**30])
 def test_a_number_of_scans_is_a_whole_number_from_0_on(cell: Cell, number: Any) -> None:
-    """Source: Cell.scan and Cell.takes: so many scans."""
+    """Source: Cell.scan and Cell.takes: this many scans."""
     with pytest.raises(InputError, match="the number of scans cannot be"):
         cell.scan(number)
     with pytest.raises(InputError, match="scans cannot be"), cell.takes(scans=number):
@@ -53,7 +53,7 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.inject("power_off", controller=True), "no controller True; the cell has 1"),
     (lambda c: c.inject("power_off", controller=1.0), "no controller 1.0"),  # type: ignore[arg-type]
     (lambda c: c.inject("power_off", controller=0), "no controller 0"),
-    (lambda c: c.inject("parallel_input", port=20, on=7), "on = 7 .* is not a level; it is 0 or 1"),
+    (lambda c: c.inject("parallel_input", port=20, on=7), "on = 7 .* is not a level; use 0 or 1"),
     (lambda c: c.inject("parallel_input", port=20, on=True), "on = True"),
     (lambda c: c.inject("parallel_input", port=99999, on=1), "port = 99999"),
     (lambda c: c.inject("alarm", group=-1, category=0), "group = -1"),
@@ -63,7 +63,7 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.inject("packets_late", by=50), "by is not a text"),
     (lambda c: c.overrun(-1), "late_us cannot be -1"),
     (lambda c: c.overrun(_NAN), "late_us cannot be nan"),  # type: ignore[arg-type]
-    (lambda c: c.change_interval(0), "rpi_us cannot be 0; it is a number from 1000 to 3200000"),
+    (lambda c: c.change_interval(0), "rpi_us cannot be 0; use a whole number from 1000 to 3200000"),
     (lambda c: c.change_interval(True), "rpi_us cannot be True"),
     (lambda c: c.start_plc("hot"), "start = 'hot' is not a start"),
     (lambda c: c.at(_NAN, lambda: None), "t_us cannot be nan"),  # type: ignore[arg-type]
@@ -102,9 +102,9 @@ def test_an_impossible_argument_is_refused(
         ({"seed": True}, "seed cannot be True"),
         ({"seed": _NAN}, "seed cannot be nan"),
         ({"keep": -1}, "keep cannot be -1"),
-        ({"scan": _NAN}, "the scan: not a duration: nan"),
-        ({"rpi": True}, "the RPI: not a duration: True"),
-        ({"jitter": 1.5}, "the jitter: not a duration: 1.5"),
+        ({"scan": _NAN}, "the scan: nan is not a duration"),
+        ({"rpi": True}, "the RPI: True is not a duration"),
+        ({"jitter": 1.5}, "the jitter: 1.5 is not a duration"),
     ],
 )
 def test_a_cell_is_built_with_whole_numbers(

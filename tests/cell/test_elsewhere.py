@@ -59,7 +59,7 @@ class Told:
         self.lines: list[str] = []
 
     def __call__(self, now_us: int, text: str) -> None:
-        """Note it."""
+        """Record the call."""
         assert now_us >= 0
         self.lines.append(text)
 
@@ -209,21 +209,23 @@ def test_a_missing_controller_is_one_message(build_cell: Build, program: Path) -
 def test_events_need_a_virtual_controller(far: Build, tmp_path: Path) -> None:
     cell = far()
     for event in ("emergency_stop", "link_down"):
-        with pytest.raises(InputError, match="nothing befalls a controller that runs elsewhere"):
+        with pytest.raises(
+            InputError, match="an external controller accepts neither events nor hold and release"
+        ):
             cell.inject(event)
     with pytest.raises(InputError, match="no snapshot"):
         cell.snapshot()
     for entry in ('robot = "alarm"', 'hold = "SO02"'):
         file = tmp_path / "stimulus.toml"
         file.write_text(f'[[at]]\ntime = "1s"\n{entry}\n')
-        with pytest.raises(InputError, match="nothing befalls") as refused:
+        with pytest.raises(InputError, match="an external controller accepts") as refused:
             Stimulus.load(file).schedule(cell)
         assert (refused.value.file, refused.value.line) == (str(file), 1)
 
 
 @pytest.mark.exhaustive
 def test_its_properties_are_its_own(far: Build) -> None:
-    with pytest.raises(InputError, match="a controller elsewhere is what it is"):
+    with pytest.raises(InputError, match="an external controller cannot be configured"):
         far(robot=RobotConfig())
 
 

@@ -236,8 +236,8 @@ def test_there_is_no_snapshot_of_a_real_network(cell: Cell) -> None:
     ("options", "message"),
     [
         (["--realtime"], "only a real network runs in real time; add --link enip"),
-        (["--realtime", "--link", "enip", "--jitter", "2ms"], "the jitter is what it is"),
-        (["--realtime", "--link", "enip", "--timeout", "1m"], "cannot be asked for"),
+        (["--realtime", "--link", "enip", "--jitter", "2ms"], "--jitter is for virtual time"),
+        (["--realtime", "--link", "enip", "--timeout", "1m"], "cannot be requested"),
     ],
 )
 def test_wrong_options_in_real_time_are_bad_input(

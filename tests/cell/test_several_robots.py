@@ -54,7 +54,7 @@ def test_the_areas_are_where_m_and_n_say_and_by_default_one_behind_the_other() -
     ("options", "message"),
     [
         ({"m": (0, 40)}, "the areas at m = 0 and m = 40 overlap"),
-        ({"n": (48, 0, 96)}, r"3 offsets n, but 2 robot\(s\)"),
+        ({"n": (48, 0, 96)}, r"3 offsets n are given for 2 robot\(s\)"),
         ({"n": (0, 500)}, "needs 48 bytes"),
         ({"robot": ()}, "no robot is given"),
         ({"link": "enip-realtime"}, "in real time a cell has one robot"),

@@ -116,7 +116,7 @@ def test_a_snapshot_has_plc_and_disturbances(cell: Cell) -> None:
 @pytest.mark.parametrize(
     ("event", "args", "message"),
     [
-        ("packets_lost", {"share": 2}, "share = 2 is not a share of packets"),
+        ("packets_lost", {"share": 2}, "share = 2 is not a share of the packets"),
         ("packets_late", {"to": "nobody"}, "to = 'nobody' is not a direction"),
         ("plc_run", {"start": "hot"}, "start = 'hot' is not a start"),
         ("plc_overrun", {"by": 5}, "by is not a text"),
@@ -170,9 +170,9 @@ def test_an_expectation_that_fails_is_a_violation(cell: Cell, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("entry", "message"),
     [
-        ('set = { "Main.Speed" = 3 }, for = "1s"', "true or false, not Main.Speed"),
-        ('robot = "alarm", for = "1s"', "'alarm' does not last"),
-        ('for = "1s"', "'for' goes with"),
+        ('set = { "Main.Speed" = 3 }, for = "1s"', "true and false only, not with Main.Speed"),
+        ('robot = "alarm", for = "1s"', "'alarm' cannot have a duration"),
+        ('for = "1s"', "'for' needs"),
         ('set = { "Main.Go" = true }, for = "0s"', "longer than 0"),
         ('robot = "plc_stop"', 'write plc = "stop"'),
         ('plc = "stopp"', "unknown event 'stopp'; did you mean stop"),

@@ -116,7 +116,7 @@ def test_a_pattern_finds_variables_but_no_blocks_and_no_long_arrays(
 ) -> None:
     """Timer and Block are blocks, InputArea has 512 elements."""
     if found is None:
-        with pytest.raises(InputError, match="finds only blocks and long arrays; name one"):
+        with pytest.raises(InputError, match="matches only blocks and long arrays; name one"):
             watched(pattern)
         return
     cell = watched(pattern)
@@ -128,10 +128,10 @@ def test_a_pattern_finds_variables_but_no_blocks_and_no_long_arrays(
     ("pattern", "message"),
     [
         ("Main.Sate", "Main of type Watched has no member Sate; did you mean State"),
-        ("Main.Sate*", "no variable is like Main.Sate*; did you mean State"),
-        ("Main.Item.X?", "no variable is like Main.Item.X?; there are Speed, State, Name"),
-        ("Main.Mask.*", "no variable is like Main.Mask.*"),
-        ("Main.Items[7*]", "no variable is like Main.Items[7*]; did you mean [1] or [0]"),
+        ("Main.Sate*", "no variable matches Main.Sate*; did you mean State"),
+        ("Main.Item.X?", "no variable matches Main.Item.X?; there are Speed, State, Name"),
+        ("Main.Mask.*", "no variable matches Main.Mask.*"),
+        ("Main.Items[7*]", "no variable matches Main.Items[7*]; did you mean [1] or [0]"),
         ("Other.*", "there is no program instance Other"),
         ("Main..*", "is not a pattern of variables; write it as Main.Hmi.* or Main.A[*]"),
         (".*", "is not a pattern of variables"),
@@ -160,7 +160,7 @@ def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
     cell = build_cell(paths, watch="GVL.L*,Lim*,gvl.large,GVL.Limit", **options)
     cell.scan()
     assert cell.watched() == {"GVL.Limit": "3", "GVL.Large": "9", "Limit": "3", "gvl.large": "9"}
-    with pytest.raises(InputError, match=r"no variable is like GVL.X\*; there are Limit, Large"):
+    with pytest.raises(InputError, match=r"no variable matches GVL.X\*; there are Limit, Large"):
         build_cell(paths, watch="GVL.X*", **options)
     with pytest.raises(InputError, match="there is no program instance GVX"):
         build_cell(paths, watch="GVX.*", **options)
@@ -211,7 +211,7 @@ def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str
 
     Source: docs/reference/limits.md, variables that are watched.
     """
-    with pytest.raises(InputError, match="no variable is like"):
+    with pytest.raises(InputError, match="no variable matches"):
         watched(pattern)
 
 
@@ -244,5 +244,5 @@ def test_watched_variables_have_a_limit(watched: Build, monkeypatch: pytest.Monk
         monkeypatch.setattr(f"{module}.MOST_WATCHED", 3)
     with pytest.raises(InputError, match="4 variables are watched, with all members and elements"):
         watched("Main.Grid")
-    with pytest.raises(InputError, match="looks at more than 3 variables"):
+    with pytest.raises(InputError, match="matches more than 3 variables"):
         watched("Main.*.*")

@@ -84,7 +84,7 @@ def test_sow0_and_sow1_are_for_status_and_response_of_remote_commands(start: Sta
     """Robot programs cannot write these words. Source: manual chapter 5, 2, SOW(0) and SOW(1)."""
     cell = start().settle()
     for name in ("SOW(0)", "SOW(1)", "SOD(0)"):
-        with pytest.raises(Exception, match="no general-purpose word"):
+        with pytest.raises(Exception, match="not a general-purpose word"):
             cell.robot.write_port(name, 1)
     cell["Command.Code"] = 0x0101
     cell["Data[2]"] = 7  # a point that is not defined

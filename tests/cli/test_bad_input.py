@@ -165,7 +165,7 @@ def test_explore_does_not_write_over_a_file_of_the_users(here: Path, capsys: Cap
     Path("out").mkdir()
     Path("out/broken.toml").write_text("mine\n")
     said = _refused(capsys, "explore", "p.st", "--lib", "lib", "--out", "out")
-    assert "out/broken.toml: is there already, and was not written by rcx" in said
+    assert "out/broken.toml: already exists and was not written by rcx" in said
     assert Path("out/broken.toml").read_text() == "mine\n"
 
 
@@ -195,7 +195,7 @@ def test_an_instance_needs_the_option_connect(here: Path, capsys: Captured) -> N
 def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, command: str) -> None:
     """Source: CONTRIBUTING.md: nothing of the user's is lost."""
     said = _refused(capsys, command, "t.jsonl", "--json", "t.jsonl")
-    assert "is there already, and is not what this command writes" in said
+    assert "already exists and was not written by this command" in said
     assert Path("t.jsonl").read_text() == _TRACE
 
 

@@ -83,7 +83,7 @@ def test_a_file_of_the_users_is_not_written_over(here: Path, capsys: Captured) -
     mine = here / "out/campaign/always_closed-1.toml"
     mine.write_text("mine = 1\n")
     assert main(_CAMPAIGN) == 2
-    assert "is there already, and was not written by rcx" in capsys.readouterr().err
+    assert "already exists and was not written by rcx" in capsys.readouterr().err
     assert mine.read_text() == "mine = 1\n"
 
 
@@ -97,7 +97,7 @@ def test_a_file_of_the_users_is_not_written_over(here: Path, capsys: Captured) -
         ('[operator]\nbuttons = ["Main.Goo"]\n', "did you mean Go"),
         (
             '[operator]\nbuttons = ["Main.Speed"]\n',
-            "campaign.toml:2: [operator]: Main.Speed is no BOOL",
+            "campaign.toml:2: [operator]: Main.Speed is not a BOOL",
         ),
         ('[operator]\nvalues = { "Main.Speed" = [40000] }\n', "40000"),
         ('[faults]\nonly = ["link_dwn"]\n', "did you mean link_down"),
@@ -223,8 +223,11 @@ def test_a_killed_worker_changes_no_result(here: Path, capsys: Captured) -> None
     ("options", "message"),
     [
         (["--cluster", "tls://192.0.2.1:8786"], "needs --cluster-ca"),
-        (["--cluster-key", "farm.key"], "--cluster-key goes with --cluster"),
-        (["--cluster", "tcp://127.0.0.1:8786", "--workers", "2"], "--workers does not go with"),
+        (["--cluster-key", "farm.key"], "--cluster-key needs --cluster"),
+        (
+            ["--cluster", "tcp://127.0.0.1:8786", "--workers", "2"],
+            "--workers cannot be combined with",
+        ),
     ],
 )
 def test_the_options_of_a_cluster_are_those_of_every_command(
@@ -343,7 +346,7 @@ def test_a_sweep_injects_at_each_of_several_controllers(here: Path, capsys: Capt
         (["--inject", "link_down,link_down"], "names something twice"),
         (["--inject", "Main.Goo=true"], "did you mean Go"),
         (["--inject", "Main.Go=3"], "the value is not true or false"),
-        (["--inject", "auto_mode"], "'auto_mode' does not last"),
+        (["--inject", "auto_mode"], "'auto_mode' cannot have a duration"),
         (["--hold", "0s"], "injects nothing"),
         (["--link", "enip"], "--link enip is for rcx run"),
     ],

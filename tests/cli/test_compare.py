@@ -75,7 +75,7 @@ def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Cap
     assert old.read_text(encoding="utf-8") == text
 
     assert main(["compare", str(trace), "--fit", str(new)]) == 2
-    assert "is there already; name another file" in capsys.readouterr().err
+    assert "already exists; name another file" in capsys.readouterr().err
 
 
 def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: Captured) -> None:
@@ -168,7 +168,7 @@ def test_bad_input_is_one_line(trace: Path, tmp_path: Path, capsys: Captured) ->
         ([str(empty)], "nothing in it says what the PLC sent"),
         ([str(trace), "--robot", str(robot)], "the recording has areas of 48 bytes, not 256"),
         ([str(trace), "--controller", "here"], "--controller 'here' is not an IPv4 address"),
-        ([str(trace), "--tolerance", "-1ms"], "--tolerance: not a duration"),
+        ([str(trace), "--tolerance", "-1ms"], "--tolerance: '-1ms' is not a duration"),
         ([str(trace), "--size", "50"], "an area of 50 bytes does not exist"),
     ):
         assert main(["compare", *arguments]) == 2

@@ -52,7 +52,7 @@ def test_without_anybody_to_ask_it_is_one_message(
     error = capsys.readouterr().err
     assert error == (
         f"rcx: --connect {NOBODY} drives a controller that may be a real one; "
-        "--yes says that the cell is clear\n"
+        "clear the cell, then add --yes\n"
     )
 
 
@@ -113,12 +113,15 @@ def test_each_option_reaches_the_connection() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--connect", ""], "--connect '' is no address"),
-        (["--connect", "here:x"], "--connect 'here:x' is no address"),
-        (["--connect", "127.0.0.1:99999"], "is no address"),
+        (["--connect", ""], "--connect '' is not an address"),
+        (["--connect", "here:x"], "--connect 'here:x' is not an address"),
+        (["--connect", "127.0.0.1:99999"], "is not an address"),
         (["--connect", "127.0.0.1", "--robot", "r.toml"], "--robot is for a virtual controller"),
         (["--connect", "127.0.0.1", "--from", "here"], "--from 'here' is not an IPv4 address"),
-        (["--connect", "127.0.0.1", "--jitter", "2ms"], "in real time the jitter is what it is"),
+        (
+            ["--connect", "127.0.0.1", "--jitter", "2ms"],
+            "--jitter is for virtual time: in real time the operating system decides",
+        ),
         (
             ["--connect", "127.0.0.1", "--config-instance", "x"],
             "--config-instance x is not an instance",
@@ -126,8 +129,8 @@ def test_each_option_reaches_the_connection() -> None:
         (["--connect", "127.0.0.1", "--config-data", "xy"], "'xy' is not hexadecimal"),
         (["--connect", "127.0.0.1", "--input-instance", "0"], "0 is not an instance of an"),
         (["--connect", "127.0.0.1", "--size", "64"], "an area of 64 bytes does not exist"),
-        (["--connect", "127.0.0.1", "--timeout", "1m"], "cannot be asked for"),
-        (["--connect", "127.0.0.1", "--m", "0", "--m", "48"], "2 offsets m, but 1 robot"),
+        (["--connect", "127.0.0.1", "--timeout", "1m"], "cannot be requested"),
+        (["--connect", "127.0.0.1", "--m", "0", "--m", "48"], "2 offsets m are given for 1 robot"),
     ],
 )
 def test_wrong_options_are_one_message(
@@ -211,11 +214,12 @@ class SilentScanner:
 @pytest.mark.parametrize(
     ("drops", "message"),
     [
-        ("", "rcx: no connection in the whole run: 127.0.0.1: packets have not come yet; does a "
-         "firewall stop UDP port 2222\n"),
+        ("", "rcx: there was no connection in the whole run: 127.0.0.1: "
+         "packets have not come yet; check that no firewall blocks UDP port 2222\n"),
         ("of a wrong length (20 bytes instead of 50)",
-         "rcx: no connection in the whole run: 127.0.0.1: no packet is taken, those that come "
-         "are of a wrong length (20 bytes instead of 50)\n"),
+         "rcx: there was no connection in the whole run: 127.0.0.1: "
+         "packets arrive, but cannot be used: they are "
+         "of a wrong length (20 bytes instead of 50)\n"),
     ],
 )  # fmt: skip
 def test_a_run_without_a_single_packet_of_the_controller_is_an_error(

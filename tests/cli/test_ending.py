@@ -142,7 +142,7 @@ def test_ctrl_c_that_python_wraps_is_still_ctrl_c(tmp_path: Path) -> None:
 def test_the_traceback_is_shown_if_no_file_can_be_made(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: tempfile.mkstemp raises OSError where there is no folder for it."""
+    """Source: tempfile.mkstemp raises OSError where there is not a folder for it."""
 
     def refuse(**options: object) -> None:
         raise OSError("no folder")

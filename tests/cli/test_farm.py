@@ -57,9 +57,12 @@ def test_no_worker_at_all_is_refused(app: typer.Typer) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"cluster": "tcp://127.0.0.1:8786", "workers": 2}, "--workers does not go with --cluster"),
-        ({"cluster_plain": True}, "--cluster-plain goes with --cluster; name its scheduler, too"),
-        ({"cluster_ca": Path("ca.pem")}, "--cluster-ca goes with --cluster"),
+        (
+            {"cluster": "tcp://127.0.0.1:8786", "workers": 2},
+            "--workers cannot be combined with --cluster",
+        ),
+        ({"cluster_plain": True}, "--cluster-plain needs --cluster; name the scheduler, too"),
+        ({"cluster_ca": Path("ca.pem")}, "--cluster-ca needs --cluster"),
         ({"cluster": "tcp://192.0.2.1:8786"}, "and nothing would be encrypted"),
         ({"cluster": "tls://192.0.2.1:8786"}, "needs --cluster-ca"),
         ({"cluster": "here"}, "no such address"),

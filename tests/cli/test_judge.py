@@ -116,11 +116,11 @@ def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
     ("content", "message"),
     [
         (None, "cannot be read: No such file or directory"),
-        (b"", "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
-        (b"hello", "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
+        (b"", "is neither a capture (pcapng, pcap) nor a trace (jsonl)"),
+        (b"hello", "is neither a capture (pcapng, pcap) nor a trace (jsonl)"),
         (gzip.compress(b"anything", mtime=0), "nor a trace (jsonl); unpack it first"),
         (b"\xd4\xc3\xb2\xa1", "not a capture: truncated"),
-        (b'{"format":"rcx-trace/1"}\n', "there is no scan and no cycle in it"),
+        (b'{"format":"rcx-trace/1"}\n', "contains no scan and no cycle"),
         (b'{"format":"rcx-trace/1"}\n{"t_us":', ":2: is cut off in this line"),
         (b'{"format":"rcx-trace/1"}\n{"t_us":"\xff"}\n', ":2: not a line of a trace"),
         (b'{"format":"rcx-trace/1"}\n{"t_us":0,"scan":0,"so":"00","si":"00"}\n', "1 and 1 bytes"),
@@ -153,8 +153,8 @@ def test_a_capture_that_is_cut_off_is_judged_and_said_to_be(bad: Path, capsys: C
         (["--controller", "robot"], "--controller 'robot' is not an IPv4 address"),
         (["--size", "50"], "an area of 50 bytes does not exist"),
         (["--port", "0"], "--port 0 is not a port"),
-        (["--tolerance", "soon"], "--tolerance: not a duration"),
-        (["--controller", "192.168.0.99"], "no connection of a controller in it"),
+        (["--tolerance", "soon"], "--tolerance: 'soon' is not a duration"),
+        (["--controller", "192.168.0.99"], "contains no connection of a controller"),
     ],
 )
 def test_bad_options_are_named(

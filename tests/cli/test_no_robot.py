@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -94,7 +95,8 @@ def test_an_option_for_a_robot_is_refused(
 ) -> None:
     assert main([command, motor, "--no-robot", option]) == 2
     name = option.partition("=")[0]
-    told = f"{name} is for a robot, and there is none; leave out {name}, or --no-robot"
+    told = f"{name} needs a robot, and the program runs without one; "
+    told += f"leave out {name}, or leave out --no-robot"
     assert told in capsys.readouterr().err
 
 
@@ -102,7 +104,7 @@ def test_an_option_for_a_robot_is_refused(
 def test_a_stimulus_for_a_robot_is_refused(motor: str, capsys: Captured, key: str) -> None:
     Path("r.toml").write_text(f'at = [\n  {{ time = "1s", {key} }},\n]\n')
     assert main(["run", motor, "--no-robot", "--stimulus", "r.toml"]) == 2
-    told = f"r.toml:2: {key.partition(' ')[0]!r} is for a robot, and there is none"
+    told = f"r.toml:2: {key.partition(' ')[0]!r} needs a robot, and the program runs without one"
     assert told in capsys.readouterr().err
 
 
@@ -155,11 +157,11 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
     launch = {"sources": motor, "for": "1s", "stimulus": "s.toml"}
     with pytest.raises(InputError, match="no process image"):
         launched(launch, [])
-    with pytest.raises(InputError, match="noRobot is neither true nor false"):
+    with pytest.raises(InputError, match="noRobot is not true or false"):
         launched({**launch, "noRobot": "yes"}, [])
-    with pytest.raises(InputError, match="--rpi is for a robot"):
+    with pytest.raises(InputError, match="--rpi needs a robot"):
         launched({**launch, "noRobot": True, "rpi": "20ms"}, [])
-    with pytest.raises(InputError, match="--rpi is for a robot"):
+    with pytest.raises(InputError, match="--rpi needs a robot"):
         launched({**launch, "rpi": "10ms"}, [], alone=True)
     for machine in (
         launched({**launch, "noRobot": True}, []).machine,
@@ -188,3 +190,41 @@ def test_tests_on_a_bench_judge_mutants_of_a_program(motor: str, tmp_path: Path)
     assert main(["mutants", motor, *options, "--", "pytest", "-q", "-p", "no:cacheprovider"]) == 0
     found = json.loads(Path("found.json").read_text(encoding="utf-8"))["mutants"]
     assert found["killed"] == found["mutants"] > 0
+
+
+_TIMES = """PROGRAM Main
+  VAR D : DINT; END_VAR
+  D := TIME_TO_DINT(T#2s);
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize(
+    ("options", "value"), [([], 2), (["--dialect", "codesys"], 2000), (["--dialect", "iec"], 2)]
+)
+def test_a_program_is_computed_in_the_dialect_that_the_user_names(
+    motor: str, options: list[str], value: int
+) -> None:
+    """Source: docs/reference/language.md, dialects."""
+    Path(motor).write_text(_TIMES, encoding="utf-8")
+    run = ["run", motor, "--no-robot", "--for", "20ms", "--watch", "Main.D", "--trace", "t.jsonl"]
+    assert main([*run, *options]) == 0
+    last = json.loads(Path("t.jsonl").read_text(encoding="utf-8").splitlines()[-1])
+    assert last["vars"] == {"Main.D": value}
+    assert os.environ.get("RCX_DIALECT") is None
+
+
+@pytest.mark.parametrize("command", ["run", "check", "prove", "explore", "campaign", "sweep"])
+def test_an_unknown_dialect_is_bad_input(motor: str, command: str, capsys: Captured) -> None:
+    """Source: docs/reference/cli.md, exit codes."""
+    assert main([command, motor, "--dialect", "codsys"]) == 2
+    assert "there is no dialect 'codsys'; did you mean codesys" in capsys.readouterr().err
+
+
+def test_a_launch_of_the_debugger_may_name_the_dialect(motor: str) -> None:
+    """Source: docs/how-to/debug.md."""
+    Path(motor).write_text(_TIMES, encoding="utf-8")
+    machine = launched(
+        {"program": motor, "noRobot": True, "dialect": "tia", "for": "1s"}, []
+    ).machine
+    assert machine.program.project.dialect == "tia"

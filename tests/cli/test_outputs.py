@@ -323,7 +323,7 @@ def test_the_demo_writes_over_nothing_of_the_users(
 ) -> None:
     (tmp_path / "trace.jsonl").write_text("mine", encoding="utf-8")
     assert main(["demo", "-o", str(tmp_path)]) == 2
-    assert capsys.readouterr().err.startswith(f"rcx: {tmp_path / 'trace.jsonl'}: is there already")
+    assert capsys.readouterr().err.startswith(f"rcx: {tmp_path / 'trace.jsonl'}: already exists")
     assert [file.name for file in tmp_path.iterdir()] == ["trace.jsonl"]
 
 
@@ -343,7 +343,7 @@ def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> N
     there = tmp_path / "there"
     there.write_text("mine", encoding="utf-8")
     for paths, message in (
-        ([tmp_path / "a", there], "there: is there already; name another one"),
+        ([tmp_path / "a", there], "there: already exists; name another one"),
         ([tmp_path / "a", there / "b"], "b: cannot be written: "),
         ([tmp_path / "a", tmp_path / ("x" * 300)], "xxx: cannot be written: File name too long"),
         ([tmp_path / "a", tmp_path / "." / "a"], "both files are the same; name another one"),

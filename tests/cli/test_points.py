@@ -83,7 +83,7 @@ def test_a_backup_as_all_file_compares_equal(
     assert main(["points", "compare", "h", str(file)]) == 0
     shown = capsys.readouterr()
     assert shown.out.endswith("0 of 9 differ\n")
-    assert "passed over: line 27: section [XYZ]\npassed over: 1 program\n" in shown.err
+    assert "skipped: line 27: section [XYZ]\nskipped: 1 program\n" in shown.err
     robot()
     assert main(["points", "restore", "h", str(file), "--write"]) == 0
     assert capsys.readouterr().out.endswith("0 of 9 differ\n")
@@ -107,7 +107,7 @@ def test_a_file_that_is_there_is_never_written_over(
     file.write_text("mine", encoding="utf-8")
     assert main(_backup(file)) == 2
     assert main(_backup(tmp_path / "other.toml", "--csv", str(file))) == 2
-    assert capsys.readouterr().err.count("is there already; name another one\n") == 2
+    assert capsys.readouterr().err.count("already exists; name another one\n") == 2
     assert main(_backup(tmp_path / "a", "--csv", str(tmp_path / "a"))) == 2
     assert "both files are the same" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["points.toml"]
@@ -154,7 +154,7 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
     assert main(_backup(file)) == 0
     monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
     assert main(["points", "restore", "h", str(file)]) == 2
-    assert "--write says that you want it" in capsys.readouterr().err
+    assert "then add --write" in capsys.readouterr().err
     line = robot(RobotConfig(points={50: RobotConfig().points[50], 51: Point()}))
     assert main(["points", "restore", "h", str(file), "--write"]) == 0
     assert capsys.readouterr().out.endswith("1 written\n0 of 2 differ\n")
@@ -166,10 +166,13 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("arm1 = 1.0", ":5: 'points.11.arm1' cannot be 1.0; it may be arm rotation -1, 0 or 1"),
-        ("hand = 2.0", ":5: 'points.11.hand' cannot be 2.0; it may be hand 0, 1 or 2"),
-        ("[points.010]\nmm = [2]", ":5: 'points.010' is points.10 once more; take one of them out"),
-        ("[shifts]\n1 = [1e308]", ":6: 'shifts.1' cannot be 1e+308; it may be 32 bit numbers"),
+        ("arm1 = 1.0", ":5: 'points.11.arm1' cannot be 1.0; use arm rotation -1, 0 or 1"),
+        ("hand = 2.0", ":5: 'points.11.hand' cannot be 2.0; use hand 0, 1 or 2"),
+        (
+            "[points.010]\nmm = [2]",
+            ":5: 'points.010' gives points.10 a second time; remove one of them",
+        ),
+        ("[shifts]\n1 = [1e308]", ":6: 'shifts.1' cannot be 1e+308; use 32 bit numbers"),
     ],
 )
 def test_a_file_is_checked_before_the_first_command(
@@ -226,7 +229,7 @@ def test_a_lost_connection_exits_with_1(robot: Robot, tmp_path: Path, capsys: Ca
     line = robot()
     line.lost_after_us = 2_000_000
     assert main(_backup(tmp_path / "a.toml")) == 1
-    lost = "rcx: the connection is lost: no packets come any more; no file was written\n"
+    lost = "rcx: the connection is lost: no packets arrive any more; no file was written\n"
     assert capsys.readouterr().err == lost
     line = robot()
 
@@ -256,7 +259,7 @@ def test_a_stopped_command_says_what_remains(
     file.write_text("[points.1]\npulses = [1]\n", encoding="utf-8")
     robot().lost_after_us = 400_000
     assert main(["points", action[0], "h", str(file), *action[1:]]) == 1
-    assert capsys.readouterr().err.endswith(f"no packets come any more; {left}\n")
+    assert capsys.readouterr().err.endswith(f"no packets arrive any more; {left}\n")
 
 
 def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
@@ -294,20 +297,20 @@ def test_hands_of_other_robots_are_backed_up_on_request(robot: Robot, tmp_path: 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["backup", "--kind", "axes"], "--kind 'axes' is none; give points, comments"),
+        (["backup", "--kind", "axes"], "--kind 'axes' is not a kind of data; use points, comments"),
         (["backup", "--numbers", "9-3"], "--numbers '9-3' is not a range of points; write 0-99"),
         (["backup", "--numbers", "0-30000"], "the last one is 29999"),
         (["backup", "--numbers", "a"], "--numbers 'a' is not a range"),
-        (["backup", "--robot", "5"], "--robot 5 is none; they are 1 to 4"),
+        (["backup", "--robot", "5"], "--robot 5 is not a robot; use 1 to 4"),
         (["backup", "--undefined", "alarm"], "--undefined 'alarm' is not an alarm; write 6.204"),
-        (["backup", "--timeout", "soon"], "--timeout: not a duration: 'soon'; write it as 10ms"),
-        (["backup", "--timeout", "99ms"], "--timeout 99ms is too short; it can be 100ms to 365d"),
+        (["backup", "--timeout", "soon"], "--timeout: 'soon' is not a duration; write it as 10ms"),
+        (["backup", "--timeout", "99ms"], "--timeout 99ms is too short; use 100ms to 365d"),
         (["backup", "--size", "50"], "an area of 50 bytes does not exist"),
-        (["backup", "--write"], "--write goes with restore only"),
-        (["compare", "--write"], "--write goes with restore only"),
-        (["compare", "--csv", "a.csv"], "--csv goes with backup only"),
-        (["compare", "--robot", "1"], "--robot goes with backup only"),
-        (["restore", "--write", "--numbers", "1"], "--numbers goes with backup and compare"),
+        (["backup", "--write"], "--write is for restore only"),
+        (["compare", "--write"], "--write is for restore only"),
+        (["compare", "--csv", "a.csv"], "--csv is for backup only"),
+        (["compare", "--robot", "1"], "--robot is for backup only"),
+        (["restore", "--write", "--numbers", "1"], "--numbers is for backup and compare only"),
         (["compare"], "points.toml"),
         (["compare", "--kind", "hands"], "points.toml"),
     ],

@@ -1,4 +1,4 @@
-"""`rcx probe`: who confirms, what is written, exit codes, and a real exchange with `rcx serve`."""
+"""`rcx probe`: confirmations, written files, exit codes, and a real exchange with `rcx serve`."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_only_confirmed_steps_are_asked(
     assert (tmp_path / "mine.jsonl").is_file()
     assert line.closed
     assert main(["probe", "192.168.0.10", *only, *given]) == 2
-    assert "is there already; name another one with --out" in capsys.readouterr().err
+    assert "already exists; name another one with --out" in capsys.readouterr().err
 
 
 def test_motion_takes_the_word_move_for_each_step(
@@ -134,13 +134,13 @@ def test_a_refuted_rule_is_exit_code_1(
     ("arguments", "message"),
     [
         ([], "HOST is missing"),
-        (["h", "--risk", "4"], "--risk 4 is none"),
-        (["h", "--risk", "2", "--yes-reading"], "--yes-reading goes with --risk 1 only"),
+        (["h", "--risk", "4"], "--risk 4 is not a risk"),
+        (["h", "--risk", "2", "--yes-reading"], "--yes-reading is for --risk 1 only"),
         (["h", "--only", "nothing"], "no question is called 'nothing'"),
         (["h", "--only", "interval"], "interval can do more than --risk 1 allows; --risk 2"),
-        (["h", "--date", "today"], "--date 'today' is none; write 2030-12-31"),
+        (["h", "--date", "today"], "--date 'today' is not a date; write 2030-12-31"),
         (["h", "--size", "50"], "an area of 50 bytes does not exist"),
-        (["h"], "there is nobody at a terminal to confirm each step; --yes-reading"),
+        (["h"], "each step must be confirmed at a terminal, and there is none; use --yes-reading"),
     ],
 )
 def test_bad_input_is_one_line(

@@ -60,10 +60,10 @@ def test_a_run_that_breaks_it_is_written_and_ends_with_1(lamp: Path, capsys: Cap
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--limit", "soon"], "--limit: not a duration"),
+        (["--limit", "soon"], "--limit: 'soon' is not a duration"),
         (["--limit", "0s"], "--limit of 0 s is too short"),
         (["--scan", "0ms"], "--scan of 0 s is too short"),
-        (["--json", "Lamp.st"], "Lamp.st: is there already, and is not what this command writes"),
+        (["--json", "Lamp.st"], "Lamp.st: already exists and was not written by this command"),
         (["--lib", "none"], "--lib none is not a folder"),
     ],
 )

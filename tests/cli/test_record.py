@@ -81,7 +81,7 @@ def test_hosts_and_ports_can_be_chosen(tools: Path, tmp_path: Path) -> None:
         (["--interface", "eth9"], 'cannot capture at eth9: There is no device named "eth9"'),
         ([], "--interface is missing; there are: eth0, lo (Loopback)"),
         (["--interface", "eth0", "--host", "robot"], "--host 'robot' is not an IPv4 address"),
-        (["--interface", "eth0", "--for", "long"], "--for: not a duration"),
+        (["--interface", "eth0", "--for", "long"], "--for: 'long' is not a duration"),
     ],
 )
 @pytest.mark.usefixtures("tools")
@@ -97,7 +97,7 @@ def test_without_the_tools_it_says_what_to_install(
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     assert main(["record", str(tmp_path / "cell.pcapng"), "--interface", "eth0"]) == 2
-    assert "neither dumpcap nor tshark is found; install Wireshark" in capsys.readouterr().err
+    assert "neither dumpcap nor tshark was found; install Wireshark" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("tools")
@@ -105,7 +105,7 @@ def test_a_capture_that_is_there_stays(tmp_path: Path, capsys: Captured) -> None
     file = tmp_path / "cell.pcapng"
     file.write_text("an hour of work")
     assert main(["record", str(file), "--interface", "eth0"]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     assert file.read_text() == "an hour of work"
     assert main(["record", str(tmp_path / "cell.txt"), "--interface", "eth0"]) == 2
-    assert "has to end with .pcapng" in capsys.readouterr().err
+    assert "must end with .pcapng" in capsys.readouterr().err

@@ -158,13 +158,13 @@ def test_the_robot_takes_the_size_of_the_plc(run: Run, tmp_path: Path, capsys: C
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        (["--for", "5"], "not a duration: '5'"),
+        (["--for", "5"], "'5' is not a duration"),
         (["--for", "0s"], "a run of 0 s shows nothing"),
-        (["--scan", "fast"], "not a duration: 'fast'"),
+        (["--scan", "fast"], "'fast' is not a duration"),
         (["--size", "47"], "an area of 47 bytes does not exist"),
         (["--n", "480"], "the area at n = 480 needs 48 bytes"),
         (["--watch", "Main.Nothing"], "no member Nothing"),
-        (["--watch", "Main.Scans,Main.Dta*"], "no variable is like Main.Dta*; did you mean Data"),
+        (["--watch", "Main.Scans,Main.Dta*"], "no variable matches Main.Dta*; did you mean Data"),
         (["--positions", "inch"], "positions are in 'inch'; use pulses or mm"),
         (["--scale", "wide"], "--scale is 'wide'; use events, time, or at least 1ms, as 500ms"),
         (["--scale", "10us"], "--scale is '10us'"),
@@ -177,7 +177,7 @@ def test_the_robot_takes_the_size_of_the_plc(run: Run, tmp_path: Path, capsys: C
         (["--trace", "/dev/null/t.jsonl"], "cannot be written"),
         (["--chart", "/dev/null/c.svg"], "cannot be written"),
         (["--vcd", "/dev/null/w.vcd"], "cannot be written"),
-        (["--panel", "0"], "--panel needs the pace of the clock; add --link enip --realtime"),
+        (["--panel", "0"], "--panel needs a run in real time; add --link enip --realtime"),
         (["--panel", "70000", "--realtime"], "--panel 70000 is not a port"),
         (["--panel", "0", "--connect", "127.0.0.1"], "--panel is for a virtual controller"),
     ],
@@ -217,7 +217,7 @@ def test_a_file_that_no_run_has_written_is_not_overwritten(
     unwritten = [f"--{one}={tmp_path / one}" for one in sorted(others)]
     assert run("--for", "100ms", f"--{kind}", str(file), *unwritten) == 2
     assert capsys.readouterr().err == (
-        f"rcx: {file}: is there already, and is not a {name}; nothing was written; "
+        f"rcx: {file}: already exists and is not a {name}; nothing was written; "
         "name another file, or remove this one\n"
     )
     assert file.read_text() == "$ (* mine *)"
@@ -303,7 +303,7 @@ def test_every_option_goes_where_it_is_meant_for() -> None:
 def test_two_outputs_cannot_be_one_file(run: Run, tmp_path: Path, capsys: Captured) -> None:
     file = str(tmp_path / "x")
     assert run("--for", "100ms", "--trace", file, "--vcd", file) == 2
-    assert "is the file of two outputs" in capsys.readouterr().err
+    assert "is named for two outputs" in capsys.readouterr().err
 
 
 def test_a_mistake_in_the_source_has_file_and_line(tmp_path: Path, capsys: Captured) -> None:

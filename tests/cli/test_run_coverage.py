@@ -83,9 +83,9 @@ def test_the_library_counts_on_request(run: Run, capsys: Captured) -> None:
         (["--coverage", "--engine=matiec"],
          "coverage is counted by the built-in engine; leave out --engine matiec, or --coverage"),
         (["--coverage", "--coverage-out=Lamp.st"],
-         "Lamp.st: is not a folder; name another for the coverage"),
+         "Lamp.st: is not a folder; name another folder for the coverage report"),
         (["--coverage", "--coverage-out=mine"],
-         "mine/coverage.xml: is there already, and is not a coverage report; nothing was written; "
+         "mine/coverage.xml: already exists and is not a coverage report; nothing was written; "
          "name another folder, or remove this file"),
     ],
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""`rcx view`, `rcx run --view`: what is written, where, and what is refused."""
+"""`rcx view`, `rcx run --view`: the written pages, their places, and refused input."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_an_older_page_is_written_anew(trace: Path, tmp_path: Path, capsys: Capt
     foreign = tmp_path / "foreign.html"
     foreign.write_text("<!doctype html>\n<p>mine", encoding="utf-8")
     assert main(["view", str(trace), "-o", str(foreign)]) == 2
-    assert "is there already, and is not a page of rcx view" in capsys.readouterr().err
+    assert "already exists and is not a page of rcx view" in capsys.readouterr().err
     assert foreign.read_text(encoding="utf-8") == "<!doctype html>\n<p>mine"
     assert main(["view", str(trace), "-o", str(trace)]) == 2
     assert "would be overwritten" in capsys.readouterr().err
@@ -132,16 +132,19 @@ def test_an_unfinished_trace_is_shown_up_to_its_end(trace: Path, capsys: Capture
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "is empty; nothing was recorded in it"),
-        (b"hello\n", "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
+        (b"", "is empty; record again"),
+        (b"hello\n", "is neither a capture (pcapng, pcap) nor a trace (jsonl)"),
         (gzip.compress(b"anything", mtime=0), "unpack it first"),
-        (b"\x00\xff" * 99, "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
-        (_HEAD.encode(), "there is no scan and no cycle in it"),
+        (b"\x00\xff" * 99, "is neither a capture (pcapng, pcap) nor a trace (jsonl)"),
+        (_HEAD.encode(), "contains no scan and no cycle"),
         ((_HEAD + '{"t_us":0').encode(), "run.jsonl:2: is cut off in this line"),
         ((_HEAD + _FIRST.replace(":0,", ":-5,", 1)).encode(), "run.jsonl:2: not a record of a"),
         ((_HEAD + _FIRST).encode() + b'{"t_us":"\xff"}\n', "run.jsonl:3: not a line of a trace"),
-        ((_HEAD + _FIRST.replace(_AREA, "00")).encode(), "areas of 1 and 1 bytes are no"),
-        ((_HEAD[:-2] + ',"watch":{"X":7}}\n' + _FIRST).encode(), "header says of variables"),
+        ((_HEAD + _FIRST.replace(_AREA, "00")).encode(), "areas of 1 and 1 bytes do not"),
+        (
+            (_HEAD[:-2] + ',"watch":{"X":7}}\n' + _FIRST).encode(),
+            "header does not describe variables",
+        ),
     ],
 )
 def test_a_wrong_recording_is_one_line_and_no_page(

@@ -88,7 +88,9 @@ def test_requests_are_the_bytes_of_the_protocol() -> None:
 def test_a_missing_adapter_is_one_clear_message() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         host, port = server.getsockname()
-    with pytest.raises(InputError, match=f"no connection .* at {host}:{port}.*is it running"):
+    with pytest.raises(
+        InputError, match=f"no connection .* at {host}:{port}.*check that it is running"
+    ):
         Client(host, port)
 
 

@@ -126,7 +126,7 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
             "the shortest that it takes is 20 ms; try --rpi 20ms",
         ),
         ((0x119,), SCAN, "no other connection is open; leave --listen-only out"),
-        ((0x12A,), SCAN, "its heartbeat connection point is another; name it with --heartbeat"),
+        ((0x12A,), SCAN, "it has a different heartbeat connection point; name it with --heartbeat"),
     ],
 )
 def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
@@ -155,5 +155,5 @@ def test_the_multiplier_gives_at_least_the_time_out(timeout_us: int, coded: int)
 
 
 def test_a_time_out_beyond_512_intervals_is_bad_input() -> None:
-    with pytest.raises(InputError, match=r"6000 ms cannot be asked for; .* 5120 ms"):
+    with pytest.raises(InputError, match=r"6000 ms cannot be requested; .* 5120 ms"):
         multiplier_of(6_000_000, 10_000)

@@ -13,7 +13,7 @@ from structured_text.errors import InputError
     [
         ({"rpi_min_us": 999}, "packet intervals of 0.999 ms"),
         ({"rpi_min_us": 3_200_001}, "packet intervals"),
-        ({"first_packet_us": 9_999_999}, "cannot be waited for .*; it can be 10s to 610h"),
+        ({"first_packet_us": 9_999_999}, "cannot be .*; use 10s to 610h"),
     ],
 )
 def test_invalid_options_are_refused(wrong: dict[str, Any], message: str) -> None:

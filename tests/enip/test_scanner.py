@@ -326,12 +326,16 @@ def test_an_implausible_reply_opens_nothing_and_is_explained(
 @pytest.mark.parametrize(
     ("drops", "message"),
     [
-        ("", "connected, but no packet came within 10 s; does a firewall stop UDP port 2222"),
+        (
+            "",
+            "connected, but no packet came within 10 s; "
+            "check that no firewall blocks UDP port 2222",
+        ),
         (
             "of a wrong length (20 bytes instead of 50)",
             "connected, but none of the packets within 10 s can be used: they are of a wrong "
-            "length (20 bytes instead of 50); compare the size of the areas, and look who else "
-            "sends to this address",
+            "length (20 bytes instead of 50); compare the size of the areas, and find out who "
+            "else sends to this address",
         ),
     ],
 )
@@ -378,8 +382,8 @@ def test_without_an_adapter_there_is_no_scanner() -> None:
     ("size", "rpi_us", "multiplier", "message"),
     [
         (47, 10_000, 2, "an area of 47 bytes does not exist"),
-        (48, 999, 2, "a packet interval of 999 us cannot be asked for"),
-        (48, 2**32, 2, "a packet interval of 4294967296 us cannot be asked for"),
+        (48, 999, 2, "a packet interval of 999 us cannot be requested"),
+        (48, 2**32, 2, "a packet interval of 4294967296 us cannot be requested"),
         (48, 10_000, 8, "the time-out multiplier must be 0 to 7"),
         (48, 10_000, -1, "the time-out multiplier must be 0 to 7"),
     ],

@@ -270,7 +270,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
          "Mine.st:5: FUNCTION_BLOCK FB_Mine: a FOR loop"),
         ("l : LREAL;", "l := 1.0;",
          "Mine.st:3: FUNCTION_BLOCK FB_Mine: the type LREAL has no counterpart"),
-        ("t : TIME;", "t := T#1ms / 2;", "a part of a TIME"),
+        ("t : TIME;", "t := T#1ms / 2;", "a TIME cannot be multiplied or divided"),
         ("d : UDINT;", "d := UDINT#4000000000;", "does not fit a DINT"),
         ("c : CTU;", "c(CU := TRUE);",
          "Mine.st:3: FUNCTION_BLOCK FB_Mine: CTU is not on the list for Structured Text of "
@@ -278,10 +278,10 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
         (f"{'n' * 41} : BOOL;", f"{'n' * 41} := TRUE;", "longer than 40 characters"),
         ("i : INT;", "i := MIN(i, 3);",
          "Mine.st:5: FUNCTION_BLOCK FB_Mine: MIN is not on the list for"),
-        ("s : STRING;", f"s := '{'x' * 83}';", "longer than 82 characters"),
+        ("s : STRING;", f"s := '{'x' * 83}';", "more than 82 characters"),
         ("a : BOOL;", "IF a THEN\n a := FALSE;\n RETURN;\nEND_IF;", "a RETURN that is not an IF"),
-        ("x : DWORD; i : INT;", "x := SHL(x, i);", "a shift of a DWORD by a variable"),
-        ("Temp_D1 : BOOL; i : INT;", "i := WORD_TO_INT(SHL(INT_TO_WORD(i), 2));", "its names"),
+        ("x : DWORD; i : INT;", "x := SHL(x, i);", "a DWORD cannot be shifted by a variable"),
+        ("Temp_D1 : BOOL; i : INT;", "i := WORD_TO_INT(SHL(INT_TO_WORD(i), 2));", "uses a name"),
     ],
 )  # fmt: skip
 def test_a_part_that_is_not_carried_is_named(
@@ -295,7 +295,7 @@ def test_a_part_that_is_not_carried_is_named(
     output = _exported(tmp_path, f"{block}\n{user}\n")
     assert left_out(output)[0].startswith("FUNCTION_BLOCK FB_Mine: ")
     assert said in str(output.missing[0])
-    assert left_out(output)[1] == "PROGRAM Mine: needs FB_Mine, which is not carried"
+    assert left_out(output)[1] == "PROGRAM Mine: needs FB_Mine, which cannot be exported"
     assert "FB_Mine" not in output.files[""]
 
 

@@ -38,7 +38,7 @@ _LOST = {
     "twincat": [_CONFIGURATION],
     "scl": [f"86: VAR Old of PROGRAM Mine: {_ANEW}", _CONFIGURATION],
     "l5x": [f"39: {_BLOCK}: Kept has an initial value that is not a single number",
-            "80: PROGRAM Mine: needs FB_Mine, which is not carried", _CONFIGURATION],
+            "80: PROGRAM Mine: needs FB_Mine, which cannot be exported", _CONFIGURATION],
     "omron": [_CONFIGURATION, f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
               f"86: VAR Old of PROGRAM Mine: {_ANEW}"],
     "mitsubishi": [_CONFIGURATION, f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
@@ -100,7 +100,7 @@ def _export(target: str, file: Path, *options: str) -> int:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_what_is_not_carried_is_reported(target: str, mine: Path, capsys: Captured) -> None:
-    """Each line of it is file, line, declaration and what is lost; the exit code is 1."""
+    """Each line has file, line, declaration and the lost part; the exit code is 1."""
     place = mine.parent / target
     assert _export(target, mine) == (1 if _LOST[target] else 0)
     said = capsys.readouterr()
@@ -129,7 +129,7 @@ def test_a_program_left_out_has_its_users(target: str, tmp_path: Path, capsys: C
     text = "\n".join(named)
     for said in (
         f"{file}:1: FUNCTION_BLOCK FB_Shared: ",
-        f"{file}:7: FUNCTION_BLOCK FB_Above: needs FB_Shared, which is not carried",
+        f"{file}:7: FUNCTION_BLOCK FB_Above: needs FB_Shared, which cannot be exported",
         f"{file}:13: PROGRAM Located: ",
         "TASK Fast (line 29), PROGRAM Main (line 30), "
         "VAR_GLOBAL Common (line 24), VAR_GLOBAL Word3 (line 27): ",
@@ -353,7 +353,7 @@ def test_a_function_without_a_word_stops_the_export_with_its_line(
     assert _export(target, file) == 1
     first, second = (one for one in capsys.readouterr().out.splitlines() if "carried" in one)
     assert first.startswith(f"not carried: {file}:6: FUNCTION_BLOCK FB_Word: {said}")
-    assert second == f"not carried: {file}:8: PROGRAM Mine: needs FB_Word, which is not carried"
+    assert second == f"not carried: {file}:8: PROGRAM Mine: needs FB_Word, which cannot be exported"
     place = tmp_path / target
     assert not place.exists()
     assert _export(target, file, "--allow-missing") == 0
@@ -431,7 +431,7 @@ def test_l5x_names_a_structure_in_which_a_structure_is_not_carried(tmp_path: Pat
     output = export("l5x", program=[file], only_needed=True)
     assert [str(one) for one in output.missing] == [
         f"{file}:2: TYPE INNER: the type LREAL has no counterpart here",
-        f"{file}:6: TYPE OUTER: needs INNER, which is not carried",
-        f"{file}:10: FUNCTION_BLOCK FB_Long: needs OUTER, which is not carried",
+        f"{file}:6: TYPE OUTER: needs INNER, which cannot be exported",
+        f"{file}:10: FUNCTION_BLOCK FB_Long: needs OUTER, which cannot be exported",
     ]
     assert "INNER" not in output.files[""]

@@ -153,7 +153,7 @@ def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
     )
     output = export("mitsubishi", program=[program], only_needed=True)
     assert sorted(left_out(output)) == [
-        "FUNCTION_BLOCK FB_Above: needs FB_Count, which is not carried",
+        "FUNCTION_BLOCK FB_Above: needs FB_Count, which cannot be exported",
         "FUNCTION_BLOCK FB_Count: GX Works3 has no LINT",
         "PROGRAM Located: has global or located variables (Q); make it again in the tool",
     ]

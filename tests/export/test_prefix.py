@@ -202,7 +202,7 @@ def test_a_wrong_prefix_is_refused(prefix: str, tmp_path: Path, capsys: Captured
     assert main(["export", "st", "--prefix", prefix, "-o", str(tmp_path / "x.st")]) == 2
     assert capsys.readouterr().err == (
         f"rcx: --prefix {prefix!r} cannot begin a name; "
-        "a letter, then letters, digits and single underscores, such as RCX_\n"
+        "use a letter, then letters, digits and single underscores, such as RCX_\n"
     )
     assert not (tmp_path / "x.st").exists()
 
@@ -223,6 +223,9 @@ def test_a_new_name_that_exists_is_reported_with_its_place(
     assert main(["export", "st", *arguments]) == 2
     told = capsys.readouterr().err
     assert told.startswith(f"rcx: {source}:{line}: ")
-    assert "is there already; --prefix RCX_ makes it of FB_ServoOn of the library" in told
-    assert told.endswith("; take another prefix\n")
+    assert (
+        "already exists, and --prefix RCX_ makes the same name from FB_ServoOn of the library"
+        in told
+    )
+    assert told.endswith("; use another prefix\n")
     assert told.count("\n") == 1

@@ -66,10 +66,10 @@ def test_an_existing_file_is_kept_without_force(tmp_path: Path, capsys: Captured
     out.write_text("mine")
     arguments = ["export", "st", "--program", str(EXAMPLES[0].folder), "--needed", "-o", str(out)]
     assert main(arguments) == 2
-    assert capsys.readouterr().err == f"rcx: {out}: is there already; --force writes over it\n"
+    assert capsys.readouterr().err == f"rcx: {out}: already exists; use --force to overwrite it\n"
     assert out.read_text() == "mine"
     assert main([*arguments, "--force"]) == 2
-    said = f"rcx: {out}: is not an export's; nothing was written; move it away\n"
+    said = f"rcx: {out}: was not written by an export; nothing was written; move it away\n"
     assert capsys.readouterr().err == said
     assert out.read_text() == "mine"
     out.write_text("")
@@ -96,7 +96,7 @@ def test_an_input_is_never_written_over(tmp_path: Path, capsys: Captured) -> Non
 
 def test_several_files_are_written_together_or_not_at_all(tmp_path: Path) -> None:
     (tmp_path / "b").write_text(MARK)
-    with pytest.raises(InputError, match="is there already"):
+    with pytest.raises(InputError, match="already exists"):
         write(Output({"a": "1", "b": "2"}), tmp_path)
     assert not (tmp_path / "a").exists()
     assert write(Output({"a": "1", "b": "2"}), tmp_path, force=True) == [

@@ -128,7 +128,7 @@ def test_a_file_of_the_users_is_not_written_over_and_an_earlier_export_is(
     mine = plc / "robot.toml"
     mine.write_bytes(b"the user's")
     assert main(words) == 2
-    said = "rcx: robot.toml: is not an export's; nothing was written; move it away\n"
+    said = "rcx: robot.toml: was not written by an export; nothing was written; move it away\n"
     assert capsys.readouterr().err == said
     assert mine.read_bytes() == b"the user's"
     mine.unlink()
@@ -161,10 +161,12 @@ def test_files_of_others_in_a_folder_are_kept(plc: Path, target: str, capsys: Ca
     before = _texts(out)
     assert _export(target, "out", "--allow-missing") == 2
     said = capsys.readouterr().err
-    assert "rcx: out: has files that no export wrote; name an empty folder or a new one" in said
+    assert "rcx: out: contains files that no export wrote; name an empty or new folder" in said
     assert _export(target, "out", "--allow-missing", "--force") == 2
     said = capsys.readouterr().err
-    assert f"rcx: {theirs.relative_to(plc)}: is not an export's; nothing was written" in said
+    assert (
+        f"rcx: {theirs.relative_to(plc)}: was not written by an export; nothing was written" in said
+    )
     assert _texts(out) == before
     theirs.unlink()
     assert _export(target, "out", "--allow-missing", "--force") == 0
@@ -176,7 +178,10 @@ def test_an_earlier_export_is_replaced_on_request(plc: Path, capsys: Captured) -
     assert _export("twincat", "out") == 0
     before = _texts(plc / "out")
     assert _export("twincat", "out") == 2
-    assert capsys.readouterr().err == "rcx: out: has an earlier export; --force replaces it\n"
+    assert (
+        capsys.readouterr().err
+        == "rcx: out: contains an earlier export; use --force to replace it\n"
+    )
     assert _export("twincat", "out", "--force") == 0
     assert _texts(plc / "out") == before
 
@@ -268,6 +273,4 @@ def test_a_folder_of_nothing_else_says_how_to_take_it(plc: Path, capsys: Capture
     assert _export("st", "out/cell.st") == 0
     capsys.readouterr()
     assert main(["run", "out", "--for", "20ms"]) == 2
-    assert "no .st files in this folder; one that `rcx export` has written is taken if you" in (
-        capsys.readouterr().err
-    )
+    assert "contains exported .st files only; name a file to use it" in (capsys.readouterr().err)

@@ -247,10 +247,10 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--port", "99999"], "--port 99999 is not a port; ports are 1 to 65535"),
-        (["--port", "0"], "--port 0 is not a port; ports are 1 to 65535"),
-        (["--rpi", "5s"], "--rpi 5s is not a packet interval; it can be 1ms to 3200ms"),
-        (["--rpi", "10us"], "--rpi 10us is not a packet interval; it can be 1ms to 3200ms"),
+        (["--port", "99999"], "--port 99999 is not a port; use 1 to 65535"),
+        (["--port", "0"], "--port 0 is not a port; use 1 to 65535"),
+        (["--rpi", "5s"], "--rpi 5s is not a packet interval; use 1ms to 3200ms"),
+        (["--rpi", "10us"], "--rpi 10us is not a packet interval; use 1ms to 3200ms"),
         (["--heartbeat", "65536"], "--heartbeat 65536 is not a connection point; they are 1 to"),
         (["--input-size", "0"], "an assembly of 0 bytes cannot be exchanged"),
         (["--output-size", "1401"], "an assembly of 1401 bytes cannot be exchanged"),
@@ -259,17 +259,17 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
          "--config-instance x is not an instance; write it as 151, or none"),
         (["--config-instance", "65536"], "65536 is not an instance of an assembly"),
         (["--config-instance", "9" * 5_000], f"--config-instance {'9' * 40} is not an instance;"),
-        (["--config-data", "01"], "configuration data need the instance that they are for"),
+        (["--config-data", "01"], "configuration data need a configuration instance"),
         (["--config-instance", "1", "--config-data", "01"],
          "configuration data are an even number"),
         (["--config-instance", "1", "--config-data", "00" * 512],
-         "configuration data are an even number of bytes, at most 510"),
+         "configuration data must be an even number of bytes, at most 510"),
         (["--config-instance", "1", "--config-data", "xy"],
          "--config-data 'xy' is not hexadecimal; write it in hexadecimal, as 01000A00"),
         (["--from", "here"], "--from 'here' is not an IPv4 address; write it as 192.168.0.10"),
-        (["--for", "nan"], "--for: not a duration: 'nan'; write it as 10ms, 1.5s or 1m30s"),
-        (["--for", "400d"], "--for: '400d' is too long for a duration; it can be 0s to 365d"),
-        (["--rpi", "-1ms"], "--rpi: not a duration: '-1ms'; write it as 10ms, 1.5s or 1m30s"),
+        (["--for", "nan"], "--for: 'nan' is not a duration; write it as 10ms, 1.5s or 1m30s"),
+        (["--for", "400d"], "--for: '400d' is too long for a duration; use 0s to 365d"),
+        (["--rpi", "-1ms"], "--rpi: '-1ms' is not a duration; write it as 10ms, 1.5s or 1m30s"),
         (["--config-instance", "\u0661"], "--config-instance \u0661 is not an instance; write it"),
         (["--size", "-5"], "an area of -5 bytes does not exist; use 48, or 256"),
     ],
@@ -331,7 +331,7 @@ def test_other_sizes_are_written_by_byte_number(other: Adapter, capsys: Captured
     assert main(["scan", host, "--port", str(port), *sizes, *writes, "--for", "200ms"]) == 0
     assert other.read_to_robot() == b"\x12" + bytes(598) + b"\xff"
     assert main(["scan", host, "--port", str(port), *sizes, "--write", "600=1"]) == 2
-    assert "600 is none of the 600 bytes; write 3=0x12" in capsys.readouterr().err
+    assert "600 is not one of the 600 bytes; write 3=0x12" in capsys.readouterr().err
 
 
 @pytest.mark.exhaustive
@@ -494,7 +494,7 @@ def test_inputs_are_written_by_any_of_their_names() -> None:
         ("nonsense=1", "nonsense"),
         ("SI0=9", "SI0 is not an input of the robot that can be written; write SI00=1, SI(20)=1"),
         ("SIW(16)=9", "words are SIW(0) to SIW(15), with --size 256 also"),
-        ("SIW(2)=65536", "it takes 0 to 65535"),
+        ("SIW(2)=65536", "use 0 to 65535"),
     ],
 )
 def test_a_wrong_value_to_write_is_bad_input(entry: str, message: str) -> None:
@@ -596,5 +596,5 @@ def test_the_trace_replaces_no_other_file(scan: Run, tmp_path: Path, capsys: Cap
     mine = tmp_path / "mine.txt"
     mine.write_text("keep this")
     assert scan("--trace", str(mine)) == 2
-    assert "is there already, and is not a trace" in capsys.readouterr().err
+    assert "already exists and is not a trace" in capsys.readouterr().err
     assert mine.read_text() == "keep this"

@@ -158,7 +158,7 @@ def test_the_last_word_of_the_extended_area_is_word_127() -> None:
     """Rule: ports."""
     master = Master(size=256)
     master.robot.write_port("SOW(127)", 1)
-    with pytest.raises(InputError, match="no general-purpose word"):
+    with pytest.raises(InputError, match="not a general-purpose word"):
         master.robot.write_port("SOW(128)", 1)
 
 

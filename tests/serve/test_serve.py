@@ -241,37 +241,39 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
         (
             ["--address", "127.0.0.1", "--address", "127.0.0.1"],
             "each controller needs its own address, not 127.0.0.1 twice; "
-            "127.0.0.2, 127.0.0.3 ... are this computer's, too",
+            "use 127.0.0.2, 127.0.0.3 ...: they also belong to this computer",
         ),
         (
             ["--size", "64"],
             "an area of 64 bytes does not exist; use 48, or 256 with SIOW extension valid",
         ),
-        (["--web", "70000"], "--web 70000 is not a port; ports are 1 to 65535"),
-        (["--port", "0"], "--port 0 is not a port; ports are 1 to 65535"),
+        (["--web", "70000"], "--web 70000 is not a port; use 1 to 65535"),
+        (["--port", "0"], "--port 0 is not a port; use 1 to 65535"),
         (["--revision", "1"], "'1' is not a revision; write it as 1.1"),
         (
             ["--rpi-min", "fast"],
-            "--rpi-min: not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s",
+            "--rpi-min: 'fast' is not a duration; write it as 10ms, 1.5s or 1m30s",
         ),
-        (["--rpi-min", "0ms"], "--rpi-min 0ms is not a packet interval; it can be 1ms to 3200ms"),
-        (["--rpi-min", "4s"], "--rpi-min 4s is not a packet interval; it can be 1ms to 3200ms"),
+        (["--rpi-min", "0ms"], "--rpi-min 0ms is not a packet interval; use 1ms to 3200ms"),
+        (["--rpi-min", "4s"], "--rpi-min 4s is not a packet interval; use 1ms to 3200ms"),
         (
             ["--first-packet", "9s"],
-            "the first packet cannot be waited for 9000 ms; it can be 10s to 610h",
+            "the time to wait for the first packet cannot be 9000 ms; use 10s to 610h",
         ),
         (
             ["--port", "2222"],
-            "--port and --io-port are both 2222; explicit and cyclic messages need two",
+            "--port and --io-port are both 2222; "
+            "use different ports for explicit and cyclic messages",
         ),
         (["--web", "44818"], "--web and --port are both 44818 of 127.0.0.1; give the page another"),
         (
             ["--robot", "a.toml", "--robot", "b.toml"],
-            "2 robot files for 1 addresses; give one for all, or one per address in their order",
+            "2 robot files are given for 1 addresses; "
+            "give one for all, or one per address in their order",
         ),
         (
             ["--trace", "a.jsonl", "--trace", "b.jsonl"],
-            "2 traces for 1 addresses; give one per address, in their order",
+            "2 traces are given for 1 addresses; give one per address, in their order",
         ),
         (
             ["--trace", "robot.toml", "--robot", "robot.toml"],

@@ -93,7 +93,7 @@ def test_a_stimulus_sets_inputs_for_a_time_and_stops_the_plc(lamp: Path, tmp_pat
             r"write plc = \{ event = ",
         ),
         ('{ time = "1s", set = { "Main.Gone" = 1 } }', r":2: .*has no member Gone"),
-        ('{ time = "1s", for = "1s" }', r":2: 'for' goes with set or plc"),
+        ('{ time = "1s", for = "1s" }', r":2: 'for' needs set or plc"),
     ],
 )
 def test_a_wrong_stimulus_has_its_line(lamp: Path, tmp_path: Path, text: str, message: str) -> None:

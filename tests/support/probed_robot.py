@@ -62,7 +62,7 @@ class StationLine(NetworkLine):
     def read(self) -> bytes:
         """Return the area that the controller sent last."""
         if self.lost_after_us is not None and self.now_us >= self.lost_after_us:
-            raise LostError("no packets come any more")
+            raise LostError("no packets arrive any more")
         return self._images.to_master.read()
 
     def wait(self, us: int) -> None:
@@ -94,7 +94,7 @@ class StationLine(NetworkLine):
         return self._images.to_robot.read()
 
     def happen(self, text: str, event: str) -> bool:
-        """Do what the person at the cell is asked to do."""
+        """Carry out the request to the person at the cell."""
         self._station.happen(event)
         return True
 

@@ -200,7 +200,7 @@ def test_pages_of_an_earlier_run_go_and_others_stay(run: Run) -> None:
             {},
             "rcx: *other.st: is not a folder; *",
         ),
-        (["--rcx-coverage", "--rcx-coverage-out=taken"], {}, "rcx: *index.html: is there already*"),
+        (["--rcx-coverage", "--rcx-coverage-out=taken"], {}, "rcx: *index.html: already exists*"),
         ([], {"coverige": "true"}, "rcx: *there is no setting rcx_coverige; *rcx_coverage*"),
     ],
 )
@@ -234,7 +234,7 @@ def test_a_run_on_another_engine_is_reported_as_not_counted(
     demands = "import pytest\n@pytest.mark.rcx(engine='matiec')\ndef test_matiec(cell): pass\n"
     result = run(demands + _DARK, "--rcx-coverage")
     result.assert_outcomes(passed=2)
-    result.stdout.fnmatch_lines(["not counted: what ran on matiec"])
+    result.stdout.fnmatch_lines(["not counted: the matiec engine counts no coverage"])
     result = run(_DARK, "--rcx-coverage")
     assert "not counted" not in result.stdout.str(), "auto takes the engine that counts"
     result.stdout.fnmatch_lines(["rcx-harness *: engine builtin (it counts coverage), *"])

@@ -84,7 +84,7 @@ def test_a_failed_test_shows_what_was_watched(run: Run, pytester: pytest.Pyteste
 def test_a_watched_variable_that_does_not_exist_is_one_message(run: Run) -> None:
     result = run("def test_it(cell):\n    pass\n", watch="Main.Dta*")
     result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["rcx: no variable is like Main.Dta[*]; did you mean Data*"])
+    result.stdout.fnmatch_lines(["rcx: no variable matches Main.Dta[*]; did you mean Data*"])
 
 
 def test_the_chart_shows_the_last_second_where_enough_happens_in_it(run: Run) -> None:

@@ -170,7 +170,7 @@ def test_a_wrong_marker_is_one_message(run: Run) -> None:
     wrong = {
         "scann='5ms'": "*a cell has no option 'scann'*scan*",
         "'5ms'": "*takes names, not '5ms'*",
-        "scan='5 parrots'": "*not a duration: '5 parrots'*",
+        "scan='5 parrots'": "*'5 parrots' is not a duration*",
         "sources='nothing/*.st'": "*no file is called nothing/*.st*",
         "robot='none.toml'": "*none.toml*",
         "size=47": "*47 bytes*",
@@ -183,14 +183,14 @@ def test_a_wrong_marker_is_one_message(run: Run) -> None:
     [
         ([], {"seed": "many"}, "rcx_seed is 'many', not a whole number"),
         ([], {"size": "48 256"}, "rcx_size is '48 256', not a whole number"),
-        ([], {"scan": "fast"}, "not a duration: 'fast'"),
+        ([], {"scan": "fast"}, "'fast' is not a duration"),
         ([], {"robot": "none.toml"}, "none.toml"),
         ([], {"sources": "nothing/*.st"}, "no file is called nothing"),
-        ([], {"artifacts": "pytest.ini"}, "is no folder"),
+        ([], {"artifacts": "pytest.ini"}, "is not a folder"),
         (["--rcx-engine", "steam"], {}, "invalid choice: 'steam'"),
         (["--rcx-link", "rope"], {}, "invalid choice: 'rope'"),
         (["--rcx-seed", "many"], {}, "invalid int value: 'many'"),
-        (["--rcx-scan", "fast"], {}, "not a duration: 'fast'"),
+        (["--rcx-scan", "fast"], {}, "'fast' is not a duration"),
         (["--rcx-robot", "none.toml"], {}, "none.toml"),
     ],
 )

@@ -197,7 +197,7 @@ def test_a_reason_may_stand_in_the_line_before(measured: Measure) -> None:
 
 def test_a_reason_at_a_line_that_is_reached_is_an_error(measured: Measure) -> None:
     block = _BLOCK.replace("Shown := 2;", "Shown := 2; (* unreachable: nobody comes here *)")
-    assert _open(measured(_EVERYTHING, block)) == ["18: called unreachable, but it is reached"]
+    assert _open(measured(_EVERYTHING, block)) == ["18: marked as unreachable, but it was executed"]
 
 
 def test_counts_of_another_version_do_not_count(measured: Measure, tmp_path: Path) -> None:
@@ -276,8 +276,8 @@ def test_conditions_are_demanded_of_some_folders_only(measured: Measure) -> None
     scans = [*_EVERYTHING[:1], (20, True, "SIZE_LARGE"), *_EVERYTHING[2:]]
     assert _open(measured(scans)) == []
     assert _open(measured(scans, demanded=("part/",))) == [
-        "15: no MC/DC of Ready in Level > 10 AND Ready",
-        "32: no MC/DC of Shown > 2 in Ready OR Shown > 2",
+        "15: no MC/DC for Ready in Level > 10 AND Ready",
+        "32: no MC/DC for Shown > 2 in Ready OR Shown > 2",
     ]
 
 
@@ -290,8 +290,8 @@ def test_a_condition_without_mcdc_may_have_a_reason(measured: Measure) -> None:
     result = measured(scans, reasons=why, demanded=("part/",))
     assert [gap.reason for gap in gaps([result], justified=True)] == ["it always is"]
     assert _open(result) == [
-        "32: a reason for no MC/DC of Ready, but it has it",
-        "32: no MC/DC of Shown > 2 in Ready OR Shown > 2",
+        "32: there is a reason for missing MC/DC of Ready, but MC/DC is complete",
+        "32: no MC/DC for Shown > 2 in Ready OR Shown > 2",
     ]
 
 

@@ -64,8 +64,8 @@ def test_a_pointer_behind_and_then_is_followed_only_where_it_leads_somewhere(run
     first, second = (one.judged for one in decision.conditions)
     assert (set(first.values), set(second.values)) == ({False}, set())
     assert _open(result)[-2:] == [
-        "10: no MC/DC of P <> 0 in P <> 0 AND_THEN P^ > 3",
-        "10: no MC/DC of P^ > 3 in P <> 0 AND_THEN P^ > 3",
+        "10: no MC/DC for P <> 0 in P <> 0 AND_THEN P^ > 3",
+        "10: no MC/DC for P^ > 3 in P <> 0 AND_THEN P^ > 3",
     ]
 
 
@@ -121,7 +121,7 @@ def test_a_condition_has_decided_where_what_was_skipped_could_not_outweigh_it(
 def test_unknown_conditions_leave_some_outcomes_open(
     code: list[int | bool | str], skipped: int, expected: bool | None
 ) -> None:
-    """All that are known are FALSE."""
+    """All known conditions are FALSE."""
     assert outcome(code, 0, skipped) is expected
 
 
@@ -134,7 +134,7 @@ def test_coverage_ends_no_run_that_goes_on_without_it(run: Run) -> None:
 
 
 def test_a_conversion_behind_and_is_looked_at_and_a_root_is_not(run: Run) -> None:
-    """A conversion ends no run, whatever it is given; a root of a negative number does."""
+    """A conversion of a whole number ends no run; a root of a negative number does."""
     declared = "    i : INT;\n    r : REAL;\n    Good : BOOL;\n"
     body = "  Good := i > 0 AND INT_TO_REAL(i) < 3.0;\n  Good := i > 0 AND SQRT(r) < 3.0;\n"
     result = run(body, declared, {"i": 0})
@@ -439,8 +439,6 @@ def test_a_report_writes_over_its_own_files_only(result: FileResult, tmp_path: P
     write_report([result], folder, "cell", tmp_path)
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
     (folder / "P.html").write_text("mine")
-    with pytest.raises(
-        InputError, match=r"P\.html: is there already, and is not a coverage report"
-    ):
+    with pytest.raises(InputError, match=r"P\.html: already exists and is not a coverage report"):
         write_report([result], folder, "cell", tmp_path)
     assert (folder / "P.html").read_text() == "mine"

@@ -73,7 +73,7 @@ class Registers:
             if not 0 <= first <= _LAST - self.words:
                 raise InputError(
                     f"{name} {first}: there are no registers {first} to {first + self.words}",
-                    hint=f"with {self.size} bytes it can be 0 to {_LAST - self.words}",
+                    hint=f"with {self.size} bytes use 0 to {_LAST - self.words}",
                 )
         if abs(self.read - self.write) <= self.words:
             raise InputError(
@@ -114,7 +114,7 @@ class State(str, Enum):
     NO_PLC = "no PLC"
     STANDING = "the PLC's program stands still"
     NO_ROBOT = "no robot"
-    CLEARING = "both are there; waiting for the PLC to clear its outputs"
+    CLEARING = "both sides are connected; waiting for the PLC to clear its outputs"
     RUN = "running"
 
 
@@ -149,7 +149,7 @@ class PlcSeen:
 
 @dataclass(frozen=True)
 class Lost:
-    """A side that is not there, with the reason in words."""
+    """A side of the bridge that cannot be reached, with the reason in words."""
 
     reason: str
 
@@ -236,7 +236,7 @@ class Bridge:
         """Return the new state and its reason.
 
         The first fault counts: no answer of the PLC, a gap between two requests that is too long, a
-        heartbeat that stands still, no robot. Without a fault a running bridge goes on. Otherwise
+        heartbeat that stands still, no robot. Without a fault a running bridge continues. Otherwise
         the handshake of `_clearing` comes first.
         """
         if isinstance(plc, Lost):
@@ -258,7 +258,7 @@ class Bridge:
     def _clearing(self, now_us: int, plc: PlcSeen) -> tuple[State, str]:
         """Check whether the PLC has seen the loss and holds no command any more."""
         if self._zero_us is None or now_us - self._zero_us < self._limits.hold_us:
-            return State.CLEARING, "it is being told that there was no connection"
+            return State.CLEARING, "it is being informed that there was no connection"
         if self._limits.beat_us and self._beats < _SCANS:
             return State.CLEARING, "its program has not run since"
         words = words_of(plc.area)

@@ -30,7 +30,7 @@ logging.getLogger("pymodbus").setLevel(logging.CRITICAL + 1)
 
 
 class PlcError(Exception):
-    """A PLC that is not there, has not answered, or refuses; one sentence without a full stop."""
+    """Error if the PLC cannot be reached, does not answer, or refuses a request."""
 
 
 class PlcLink:
@@ -86,7 +86,7 @@ class PlcLink:
             what = f"reading of holding registers {start} to {start + count - 1}"
             answer = self._ask("read_holding_registers", what, start, count=count)
             if len(answer.registers) != count:
-                raise self._failure(f"{what}: {len(answer.registers)} registers came")
+                raise self._failure(f"{what}: {len(answer.registers)} registers were received")
             words += answer.registers
         return tuple(words)
 
@@ -118,7 +118,7 @@ class PlcLink:
             if code in _EXCEPTIONS:
                 text += f", {_EXCEPTIONS[code]}"
             if code == _NO_SUCH_REGISTER:
-                text += "; does the PLC have these registers"
+                text += "; check that the PLC has these registers"
             raise PlcError(f"{self.name}: {text}")
         return answer
 
@@ -136,4 +136,4 @@ def _cause(error: Exception, timeout_s: float) -> str:
         return f"no answer within {timeout_s * 1e3:g} ms"
     if isinstance(error, OSError):
         return str(error)
-    return "the connection was closed, or the answer is none of Modbus"
+    return "the connection was closed, or the answer is not Modbus"

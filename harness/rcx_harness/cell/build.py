@@ -75,8 +75,8 @@ def make_members(
         from rcx_harness.cell.elsewhere import FarLink
 
         if robots is not None:
-            hint = "leave its properties out"
-            raise InputError("a controller elsewhere is what it is", hint=hint)
+            hint = "leave --robot out, in Python robots="
+            raise InputError("an external controller cannot be configured", hint=hint)
         stand_in = make_robot(None, size=size, seed=seed)
         area = stand_in.config.size
         (begin_m,), (begin_n,) = _begins("m", m, [area]), _begins("n", n, [area])
@@ -106,14 +106,14 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
     for begin in begins:
         whole(name, begin, -_LAST_BYTE, _LAST_BYTE)  # find_image refuses negative offsets
     if len(begins) > len(sizes):
-        raise InputError(f"{len(begins)} offsets {name}, but {len(sizes)} robot(s)")
+        raise InputError(f"{len(begins)} offsets {name} are given for {len(sizes)} robot(s)")
     while len(begins) < len(sizes):
         begins.append(begins[-1] + sizes[len(begins) - 1])
     for (one, size), (other, _) in pairwise(sorted(zip(begins, sizes, strict=True))):
         if one + size > other:
             raise InputError(
                 f"the areas at {name} = {one} and {name} = {other} overlap",
-                hint=f"the first of them has {size} bytes",
+                hint=f"leave {size} bytes for the first of them",
             )
     return begins
 

@@ -188,6 +188,8 @@ class Cell(Bench):
         watch: str | Sequence[str] = (),
         positions: str = "",
         replace: Mapping[str, str | Path] | None = None,
+        dialect: str | None = None,
+        device: str = "",
         connect: Elsewhere | None = None,
         keep: int = KEPT,
         through: Callable[[Program], Program] = lambda program: program,
@@ -217,6 +219,9 @@ class Cell(Bench):
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             positions: `"pulses"` or `"mm"`: the trace records the positions of the robots.
             replace: ST files for POUs of a project, by the POU's name.
+            dialect: The tool as which the program is computed; default: that of the project's
+                format, or plain Structured Text.
+            device: The device to read of a project with several devices.
             connect: An external controller instead of a virtual one; `robot` must be None then, and
                 `link` is not used.
             keep: Number of records of the trace in memory; each snapshot has them.
@@ -232,7 +237,7 @@ class Cell(Bench):
             compiled, leave = program, _keep
             compiled.fresh()
         else:
-            files = source_files(program, lib, replace)
+            files = source_files(program, lib, replace, dialect, device)
             check_outputs({"trace": trace}, files, *several(robot))
             compiled = Compiled.take(files, engine)
             leave = compiled.leave
@@ -241,6 +246,7 @@ class Cell(Bench):
             timing = Timing.make(
                 scan=period, rpi=rpi, jitter=jitter, timeout=timeout, phases=phases, seed=seed
             )
+            compiled.program.pace(timing.scan_us)
             members = make_members(
                 *(robot, link),
                 size=size,
@@ -342,7 +348,7 @@ class Cell(Bench):
         found = [one.network for one in self._nodes if isinstance(one.network, PacketNetwork)]
         if len(found) < len(self._nodes):
             hint = "run it without --realtime and --connect"
-            raise InputError("that befalls a PLC in virtual time only", hint=hint)
+            raise InputError("packet intervals can be changed in virtual time only", hint=hint)
         return found
 
     def give_area(self, area: bytes | None, connected: bool = True, *, controller: int = 1) -> None:
@@ -359,12 +365,16 @@ class Cell(Bench):
         """Raise InputError if a controller is external: it supports neither events nor hold."""
         if any(node.far for node in self._nodes):
             hint = "leave events, hold and release out"
-            raise InputError("nothing befalls a controller that runs elsewhere", hint=hint)
+            raise InputError(
+                "an external controller accepts neither events nor hold and release", hint=hint
+            )
 
     def _node(self, controller: int) -> Node:
         number = isinstance(controller, int) and not isinstance(controller, bool)
         if not number or not 1 <= controller <= len(self._nodes):
-            raise InputError(f"no controller {controller!r}; the cell has {len(self._nodes)}")
+            raise InputError(
+                f"there is no controller {controller!r}; the cell has {len(self._nodes)}"
+            )
         return self._nodes[controller - 1]
 
     @property

@@ -1,4 +1,4 @@
-"""Compiled programs that are used by several cells, one after the other."""
+"""Compiled programs that several cells use in sequence."""
 
 from __future__ import annotations
 

@@ -189,7 +189,7 @@ class FarNetwork:
 
     def snapshot(self) -> object:
         """Raise InputError: the state of an external controller cannot be restored."""
-        raise InputError("a controller elsewhere has no snapshot", hint="run it without connect")
+        raise InputError("an external controller has no snapshot", hint="leave out --connect")
 
     def restore(self, snapshot: Any) -> None:
         """Raise InputError, as `snapshot` does."""

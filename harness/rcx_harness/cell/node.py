@@ -127,8 +127,8 @@ class Node:
             raise InputError(f"area is {area!r:.40}, not bytes")
         if area is not None and len(area) > self.link.size:
             raise InputError(
-                f"area has {len(area)} bytes, the PLC's has {self.link.size}",
-                hint="leave bytes out at its end, or run with --size 256",
+                f"area has {len(area)} bytes, but the PLC's area has {self.link.size}",
+                hint="shorten the area, or run with --size 256",
             )
         self._given = None if area is None else (area.ljust(self.link.size, b"\0"), connected)
 

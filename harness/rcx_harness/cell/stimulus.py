@@ -106,7 +106,9 @@ class Entry(stimulus.Entry):
         """Check that the entry can be applied; its values are set."""
         self.set_values(cell)
         if self.controller > len(cell.robots):
-            raise InputError(f"no controller {self.controller}; the cell has {len(cell.robots)}")
+            raise InputError(
+                f"there is no controller {self.controller}; the cell has {len(cell.robots)}"
+            )
         if self.events or self.hold + self.release or self.force or self.workpieces:
             cell.check_near()
         robot = cell.robots[self.controller - 1]
@@ -137,7 +139,9 @@ class Stimulus(stimulus.Stimulus):
 def _forced(table: Mapping[str, Any]) -> dict[str, int]:
     given = table.get("force", {})
     if not isinstance(given, dict) or not all(type(value) is int for value in given.values()):
-        raise InputError("force is not outputs with values", hint='write force = { "SO(20)" = 1 }')
+        raise InputError(
+            "force must be a table of outputs and values", hint='write force = { "SO(20)" = 1 }'
+        )
     return given
 
 
@@ -145,13 +149,13 @@ def _workpieces(table: Mapping[str, Any]) -> dict[int, int | None]:
     given = table.get("workpieces", {})
     hint = 'write workpieces = { 3 = 90000 }, or { 3 = "none" }: by axis, in pulses'
     if not isinstance(given, dict):
-        raise InputError("workpieces are not a table", hint=hint)
+        raise InputError("workpieces is not a table", hint=hint)
     found: dict[int, int | None] = {}
     for axis, pulses in given.items():
         if not (axis.isascii() and axis.isdecimal() and len(axis) < _MOST_DIGITS):
             raise InputError(f"workpieces has no axis {axis:.20}", hint=hint)
         if pulses != "none" and type(pulses) is not int:
-            raise InputError(f"workpieces of axis {axis} is not a place", hint=hint)
+            raise InputError(f"the workpiece of axis {axis} needs a position or none", hint=hint)
         if int(axis) in found:
             raise InputError(f"workpieces has axis {int(axis)} twice", hint=hint)
         found[int(axis)] = None if pulses == "none" else pulses
@@ -177,7 +181,7 @@ def _connected(table: Mapping[str, Any]) -> bool:
         raise InputError("connected is not true or false", hint="write connected = false")
     if "connected" in table and table.get("area", ROBOT) == ROBOT:
         raise InputError(
-            "connected goes with the bytes of an area",
+            "connected can be used only together with area",
             hint='write robot = "link_down" to unplug the controller',
         )
     return given

@@ -36,7 +36,7 @@ def _cable(up: bool) -> Callable[..., Callable[[Surrounded, int], None]]:
 def _packets(kind: str) -> Callable[..., Callable[[Surrounded, int], None]]:
     def made(share: float = 1.0, by: str = "50ms", to: str = "both") -> Any:
         if not isinstance(share, (int, float)) or isinstance(share, bool) or not 0 <= share <= 1:
-            raise InputError(f"share = {share!r} is not a share of packets", hint="it is 0 to 1")
+            raise InputError(f"share = {share!r} is not a share of the packets", hint="use 0 to 1")
         if not isinstance(to, str) or to not in _WAYS:
             raise InputError(f"to = {to!r} is not a direction", hint=f"use {', '.join(_WAYS)}")
         by_us = time_us("by", by, 0, _LONGEST_US)
@@ -45,7 +45,7 @@ def _packets(kind: str) -> Callable[..., Callable[[Surrounded, int], None]]:
             network = cell.network_of(controller)
             if not isinstance(network, PacketNetwork):
                 hint = "run it without --realtime and --connect"
-                raise InputError("packets are disturbed in virtual time only", hint=hint)
+                raise InputError("packets can be disturbed in virtual time only", hint=hint)
             for direction in _WAYS[to]:
                 network.disturb(kind, direction, share, by_us)
 
@@ -75,9 +75,9 @@ _EVENTS: dict[str, Event[Surrounded]] = {
         _packets("late"),
     ),
     "packets_doubled": Event(
-        "from now on this share of the packets comes twice: share, by, to", _packets("doubled")
+        "from now on this share of the packets arrives twice: share, by, to", _packets("doubled")
     ),
-    "packet_interval": Event("all packets go in another interval: rpi = 20ms", _interval),
+    "packet_interval": Event("the packet interval changes: rpi = 20ms", _interval),
     **PLC_EVENTS,
 }
 
@@ -113,7 +113,9 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
         return OPPOSITES[event], dict(args)
     if event not in OPPOSITES:
         lasting = ", ".join([*OPPOSITES, "packets_lost", "packets_late", "packets_doubled"])
-        raise InputError(f"event {event!r} does not last", hint=f"'for' goes with {lasting}")
+        raise InputError(
+            f"event {event!r} cannot have a duration ('for')", hint=f"use 'for' with {lasting}"
+        )
     return OPPOSITES[event], {}
 
 

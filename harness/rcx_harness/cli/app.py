@@ -1,4 +1,4 @@
-"""The command `rcx`: what its commands are; each is imported when it is called."""
+"""The command `rcx` with its subcommands; each is imported when it is called."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ PANELS = {
     "Program": {
         "run": "Run a program in a virtual cell.",
         "check": (
-            "Check ST sources: syntax, types, portability, calls; with matiec too, where it is "
-            "found."
+            "Check ST sources: syntax, types, portability, calls; also with matiec if it is "
+            "installed."
         ),
         "demo": (
             "Run the first example against the virtual robot: its timing chart, and a page to "
@@ -32,7 +32,7 @@ PANELS = {
             "Write a repository for a cell of your own: program, tests, virtual robot, CI files."
         ),
         "debug": (
-            "Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards."
+            "Debug a program in an editor, forwards and backwards, by the Debug Adapter Protocol."
         ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
@@ -46,10 +46,10 @@ PANELS = {
             "controller."
         ),
         "probe": (
-            "Ask a real controller what is assumed of it, step by step; you confirm each of them."
+            "Check at a real controller what the virtual one assumes; you confirm each step."
         ),
         "compare": (
-            "Feed the virtual controller with what a PLC sent, and show where the recording "
+            "Feed a recording to the virtual controller, and show where the real controller "
             "differs."
         ),
     },
@@ -57,21 +57,20 @@ PANELS = {
         "test": (
             "Run the unit tests of a program: TcUnit suites, in virtual time, without TwinCAT."
         ),
-        "campaign": (
-            "Let everything go wrong in a cell, at random: which rules and properties break?"
-        ),
+        "campaign": ("Run a cell with random faults, and report which rules and properties break."),
         "sweep": (
-            "Inject faults at every scan of a good run: from which moments does the cell not "
-            "recover?"
+            "Inject a fault at every scan of a good run, and report when the cell does not recover."
         ),
         "explore": (
-            "Go through all states of a small program, with a small controller in every order "
-            "of events."
+            "Visit all states of a small program with a small controller, in every order of events."
         ),
-        "prove": "Prove a program: in every run, with every answer of the robot and every input.",
+        "prove": (
+            "Prove properties of a program for every run, every answer of the robot and every "
+            "input."
+        ),
         "mutants": (
-            "Make one small mistake after the other in a program, and see whether its tests "
-            "find it."
+            "Put small mistakes into a program, one at a time, and report which of them its "
+            "tests find."
         ),
     },
     "Network": {
@@ -92,7 +91,7 @@ PANELS = {
     },
     "Data": {
         "encode": "Print the telegram of a remote command, in words and in plain language.",
-        "decode": "Say what the words of a telegram mean.",
+        "decode": "Explain the words of a telegram.",
         "view": "Write a recording as one page of HTML, which works without a network.",
     },
 }
@@ -133,7 +132,7 @@ class _Commands(TyperGroup):
     """All commands; their list is plain text, for `rich` would double the time that it takes."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write it."""
+        """Write the help page of the command."""
         super(TyperGroup, self).format_help(ctx, formatter)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -164,7 +163,7 @@ class Later(TyperCommand):
     def loaded(self) -> Any:
         """Return the command itself, and import its module on first use."""
         module, function = home_of(str(self.name))
-        gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
+        gc.disable()  # the imported objects stay: a collection would take a tenth of the start
         try:
             home = import_module(f"rcx_harness.cli.{module}")
         finally:
@@ -264,7 +263,7 @@ def main(args: Sequence[str] | None = None) -> int:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code
     except RecursionError:  # the commands that know the place say it themselves
-        text = "expressions, statements or types lie too deep inside each other; divide them"
+        text = "expressions, statements or types are nested too deeply; divide them"
         print(f"rcx: {text}", file=sys.stderr)
         return 2
     except OutputError:

@@ -27,37 +27,35 @@ def bridge(
         int, typer.Option(help="First holding register to write; OpenPLC: %MW0 is 1024.")
     ] = 1024,
     unit: Annotated[int, typer.Option(help="Modbus unit identifier, 0 to 255.")] = 1,
-    period: Annotated[
-        str, typer.Option(help="From one exchange with the PLC to the next.")
-    ] = "10ms",
+    period: Annotated[str, typer.Option(help="Period of the exchange with the PLC.")] = "10ms",
     rpi: Annotated[str, typer.Option(help="Packet interval of the controller.")] = "10ms",
     timeout: Annotated[
         str,
-        typer.Option(
-            help="Longest time between two readings of the PLC; the Margin must cover it."
-        ),
+        typer.Option(help="Longest time between two reads of the PLC; its Margin must cover it."),
     ] = "100ms",
     heartbeat: Annotated[
         str,
-        typer.Option(help="Longest stand-still of the PLC's heartbeat word; 0s: it has none."),
+        typer.Option(
+            help="Longest time without a change of the PLC's heartbeat word; 0s: no check."
+        ),
     ] = "500ms",
     hold: Annotated[
-        str, typer.Option(help="The PLC is told of a loss for at least so long: two of its scans.")
+        str, typer.Option(help="Shortest time to report a loss to the PLC: two of its scans.")
     ] = "200ms",
     wait: Annotated[
-        bool, typer.Option("--wait", help="Start although a side is not there yet.")
+        bool, typer.Option("--wait", help="Start even if a side cannot be reached yet.")
     ] = False,
     address: Annotated[
-        str, typer.Option("--from", help="Address of this machine towards the controller.")
+        str, typer.Option("--from", help="Local address for the connection to the controller.")
     ] = "",
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say only what goes wrong.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print errors only.")] = False,
 ) -> None:
     """Bridge a PLC with Modbus TCP, such as OpenPLC, and a controller on EtherNet/IP.
 
-    The loss of either side is the safe state on the other; it goes on by itself when both are
-    back and the PLC has cleared its outputs. Ctrl-C ends it.
+    If one side is lost, the bridge puts the other side into its safe state. It continues by itself
+    when both sides are back and the PLC has cleared its outputs. Ctrl-C ends it.
 
-    Exit code: 0, 1 if it ended by itself, 2 on bad input or where a side is not there.
+    Exit code: 0, 1 if it ended by itself, 2 on bad input or if one side cannot be reached.
     """
     try:
         from rcx_harness.bridge.core import Limits, Registers
@@ -69,14 +67,14 @@ def bridge(
         hint = "pip install pymodbus"
         raise InputError("rcx bridge needs the library pymodbus", hint=hint) from None
     if not 0 <= unit <= 0xFF:
-        raise InputError(f"--unit {unit} is not a unit identifier", hint="they are 0 to 255")
+        raise InputError(f"--unit {unit} is not a unit identifier", hint="use 0 to 255")
     if address:
         check_ipv4("--from", address)
     period_us, rpi_us = duration_us("--period", period), duration_us("--rpi", rpi)
     gap_us = duration_us("--timeout", timeout)
     for name, given, given_us in (("--period", period, period_us), ("--rpi", rpi, rpi_us)):
         if not _SHORTEST_US <= given_us <= _LONGEST_US:
-            raise InputError(f"{name} {given} cannot be served", hint="it can be 1ms to 1s")
+            raise InputError(f"{name} {given} cannot be served", hint="use 1ms to 1s")
     if gap_us < 2 * period_us:
         hint = "give a longer --timeout or a shorter --period"
         raise InputError(f"--timeout {timeout} is less than two periods of {period}", hint=hint)

@@ -36,7 +36,7 @@ class VerifyOptions(FarmOptions, CellOptions):
 
     properties: Annotated[
         list[Path] | None,
-        typer.Option(help="What the operator does and what you demand: .toml, .py; repeatable."),
+        typer.Option(help="Operator actions and required properties: .toml, .py; repeatable."),
     ] = None
     workers: WorkersOrNone = None
 
@@ -47,7 +47,7 @@ class VerifyOptions(FarmOptions, CellOptions):
         return CellsOf.of(self.files, self.of_cell(), self.properties or (), stimulus)
 
     def results(self, cells: CellsOf, out: Path, further: str = "") -> ResultFile[Any, Any]:
-        """Return the results of earlier calls that are still valid, and print what is not."""
+        """Return the results of earlier calls that are still valid, and print the invalid ones."""
         kept, notice = saved_results(out / "results.jsonl", self._about(cells, further))
         if kept.notice:
             print(kept.notice, file=sys.stderr)
@@ -67,10 +67,12 @@ class VerifyOptions(FarmOptions, CellOptions):
 class CampaignOptions(VerifyOptions):
     """The options of `rcx campaign`."""
 
-    seeds: Annotated[int, typer.Option(help="How many storms.", min=1, max=10**9)] = 100
+    seeds: Annotated[int, typer.Option(help="Number of random runs (seeds).", min=1, max=10**9)] = (
+        100
+    )
     seed_from: Annotated[int, typer.Option(help="The first seed.", min=0, max=2**63 - 1)] = 0
     stimulus: Annotated[
-        Path | None, typer.Option(help="A good run (TOML) in which things go wrong.")
+        Path | None, typer.Option(help="Stimulus of a good run (TOML) into which faults are put.")
     ] = None
     out: Annotated[Path, typer.Option(help="Folder for results and replays.")] = Path(
         "out/campaign"
@@ -79,19 +81,19 @@ class CampaignOptions(VerifyOptions):
 
 @with_options(CampaignOptions)
 def campaign(options: CampaignOptions) -> None:
-    """Let everything go wrong in a cell, at random: which rules and properties break?
+    """Run a cell with random faults, and report which rules and properties break.
 
-    The network, the robots, the PLC and its operator, as each seed draws them. Failing seeds are
-    classed; of each class the shortest run is written as a stimulus of rcx run, with its chart.
-    Ctrl-C keeps what is done; the same call goes on.
+    Each seed draws faults of the network, the robots, the PLC and its operator. Failing seeds are
+    grouped into classes. The shortest run of each class is written as a stimulus of rcx run, with
+    its chart. Ctrl-C keeps the finished seeds; the same call continues.
 
-    Exit code: 0 if nothing has failed, 1 if something has, 2 on bad input.
+    Exit code: 0 if no seed fails, 1 if a seed fails, 2 on bad input.
     """
     check_folder(options.out)
     of = options.cells(options.stimulus)
     cells = of.make()
     cell = cells.cell(options.seed_from)
-    Course(cell, cells.demands)  # what is demanded is there
+    Course(cell, cells.demands)  # raises if a demanded variable is missing
     cell.close()
     if cells.notice:
         print(cells.notice)

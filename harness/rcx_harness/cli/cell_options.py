@@ -1,4 +1,4 @@
-"""The options that say what a cell is made of, for every command that builds one."""
+"""The options of a cell, for every command that builds a cell."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from rcx_harness.cell import Cell
-from rcx_harness.cli.options import Lib, Replace, Sources, replacements
+from rcx_harness.cli.options import Device, Dialect, Lib, Replace, Sources, replacements
 from structured_text.bench.agenda import Duration
 
 __all__ = ["CellOptions"]
@@ -29,6 +29,8 @@ class CellOptions:
     files: Sources
     lib: Lib = None
     replace: Replace = None
+    dialect: Dialect = None
+    device: Device = ""
     scan: Annotated[
         str | None, typer.Option(help="Period of the PLC. Default: its task's interval, or 10ms.")
     ] = None
@@ -39,23 +41,25 @@ class CellOptions:
     ] = None
     m: Annotated[
         list[int] | None,
-        typer.Option("--m", help="Where in the inputs the area begins; once for each robot."),
+        typer.Option("--m", help="First byte of the area in the inputs; once for each robot."),
     ] = None
     n: Annotated[
         list[int] | None,
-        typer.Option("--n", help="Where in the outputs the area begins; once for each robot."),
+        typer.Option("--n", help="First byte of the area in the outputs; once for each robot."),
     ] = None
     robot: Annotated[
         list[Path] | None,
-        typer.Option(help="Properties of the robot (TOML); of several robots once for each."),
+        typer.Option(help="Robot file (TOML); repeat it for several robots."),
     ] = None
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms"
-    jitter: Annotated[str, typer.Option(help="Greatest delay of a packet.")] = "0ms"
+    jitter: Annotated[str, typer.Option(help="Longest delay of a packet.")] = "0ms"
     timeout: Annotated[
         str | None,
         typer.Option(
-            help="Loss of the link. Default: 4 RPI, at least 100ms; "
-            "with --realtime 32 RPI, at least 320ms."
+            help=(
+                "Time without packets after which the link is lost. Default: 4 RPI, at least "
+                "100ms; with --realtime 32 RPI, at least 320ms."
+            )
         ),
     ] = None
     phases: Annotated[

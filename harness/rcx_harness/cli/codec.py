@@ -24,7 +24,7 @@ def encode(
     name: Annotated[str, typer.Argument(help="Command, e.g. MovePtp or 16#0001.")],
     fields: Annotated[list[str] | None, typer.Argument(help="Fields, e.g. point=19.")] = None,
     robot: Annotated[
-        int | None, typer.Option(help="Robot number R, 0 to 4. Default: that of the code, or 0.")
+        int | None, typer.Option(help="Robot number R, 0 to 4. Default: from the code, or 0.")
     ] = None,
 ) -> None:
     """Print the telegram of a remote command, in words and in plain language."""
@@ -34,7 +34,7 @@ def encode(
     for field in fields or ():
         key, equals, text = field.partition("=")
         if not equals:
-            raise InputError(f"not a field: {field!r}", hint="write name=value")
+            raise InputError(f"{field!r} is not a field", hint="write name=value")
         if key in values:
             raise InputError(f"{key} is given twice", hint="leave one of them out")
         values[key] = text if types.get(key) == "text" else _numbers(key, text)
@@ -55,7 +55,7 @@ def _designated(name: str, robot: int | None) -> int:
         return robot or 0
     if robot is not None and of_code not in (0, robot):
         hint = "leave one of them out"
-        raise InputError(f"{name} is of robot {of_code}, --robot is {robot}", hint=hint)
+        raise InputError(f"{name} is for robot {of_code}, but --robot is {robot}", hint=hint)
     return of_code if robot is None else robot
 
 
@@ -71,20 +71,20 @@ def _check_effect(command: spec.Command, values: Mapping[str, spec.FieldValue]) 
         for key, limits in part.ranges.items():
             spans = " or ".join(f"{low} to {high}" for low, high in intervals(limits))
             ways.append(f"{part.by}={key}" + (f" ({spans})" if part.type != "text" else ""))
-        raise InputError(f"{text} {selected}", hint=f"it needs {' or '.join(ways)}")
+        raise InputError(f"{text} {selected}", hint=f"set {' or '.join(ways)}")
 
 
 def decode(
     words: Annotated[list[str], typer.Argument(help="Words from n on, e.g. 16#0001 16#0004.")],
     response: Annotated[
-        str, typer.Option(help="The words are from m on, the answer to this command.")
+        str, typer.Option(help="The words are the response to this command (from m on).")
     ] = "",
 ) -> None:
-    """Say what the words of a telegram mean."""
+    """Explain the words of a telegram."""
     parts = [text for part in words for text in part.replace(",", " ").split()]
     values = [_word(text) for text in parts]
     if not 1 <= len(values) <= _WORDS:
-        raise InputError(f"{len(values)} words are given", hint=f"a telegram has 1 to {_WORDS}")
+        raise InputError(f"{len(values)} words are given", hint=f"give 1 to {_WORDS}")
     values += [0] * (_WORDS - len(values))
     command = spec.command(response or parts[0])
     _print_words("m" if response else "n", values)
@@ -144,7 +144,7 @@ def _word(text: str) -> int:
     except ValueError:
         value = -1
     if not 0 <= value <= 0xFFFF:
-        raise InputError(f"not a word: {text!r}", hint="words are 0 to 65535 or 16#0000 to 16#FFFF")
+        raise InputError(f"{text!r} is not a word", hint="write 0 to 65535 or 16#0000 to 16#FFFF")
     return value
 
 

@@ -1,4 +1,4 @@
-"""`rcx compare`: a recorded controller beside the virtual one."""
+"""`rcx compare`: compare a recorded controller with the virtual one."""
 
 from __future__ import annotations
 
@@ -43,40 +43,40 @@ def compare(
     ] = None,
     fit: Annotated[
         Path | None,
-        typer.Option(help="Look for the robot file with which both agree, and write it here."),
+        typer.Option(help="Find the robot file with which both agree, and write it to this file."),
     ] = None,
     events: Annotated[
         Path | None,
-        typer.Option(help="What a person did at the cell: a stimulus with robot = ... only."),
+        typer.Option(help="Actions of people at the cell: a stimulus with robot = ... only."),
     ] = None,
     controller: Annotated[
         str | None, typer.Option(help="Address of the controller, if a capture has several.")
     ] = None,
     size: Annotated[
-        int | None, typer.Option(help="Bytes of its areas, 48 or 256. Default: either.")
+        int | None, typer.Option(help="Bytes of its areas, 48 or 256. Default: both are accepted.")
     ] = None,
     port: Annotated[int, typer.Option(help="TCP port of explicit messages.")] = PORT,
     tolerance: Annotated[
         str | None,
         typer.Option(
-            help="By so much an answer may be seen earlier or later. Default: as recorded."
+            help="Allowed difference in the time of an answer. Default: from the recording."
         ),
     ] = None,
     around: Annotated[
-        str, typer.Option(help="The chart shows so much before and after the first difference.")
+        str, typer.Option(help="Time that the chart shows before and after the first difference.")
     ] = "200ms",
-    quiet: Annotated[bool, typer.Option("--quiet", help="No chart.")] = False,
-    svg: Annotated[Path | None, typer.Option("--chart", help="Write that chart (SVG).")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print no chart.")] = False,
+    svg: Annotated[Path | None, typer.Option("--chart", help="Write the chart (SVG).")] = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Feed the virtual controller with what a PLC sent, and show where the recording differs.
+    """Feed a recording to the virtual controller, and show where the real controller differs.
 
-    With --fit the robot file is looked for with which both agree: delays are measured, every other
-    key is tried where it has an influence; it says what the recording cannot decide, and what no
-    key expresses. It only reads, and writes over nothing.
+    With --fit the command finds the robot file with which both agree. It measures delays and tries
+    every other setting that has an influence. It reports what the recording cannot decide, and
+    differences that no setting explains. It only reads, and never overwrites a file.
 
-    Exit code: 0 if both agree (with --fit: if nothing is left), 1 if not, 2 on bad input,
-    also where the recording is damaged: what comes before that is compared.
+    Exit code: 0 if both agree (with --fit: if every difference is explained), 1 if not, 2
+    on bad input. A damaged recording is bad input, too; the part before the damage is compared.
     """
     check_outputs({"chart": svg}, None, file, robot, events)
     output = JsonOutput(json_file, _BEGINNING, [one for one in (file, robot, events) if one])
@@ -140,11 +140,11 @@ def _happenings(path: Path) -> list[Happening]:
     found = []
     for entry in Stimulus.load(path).entries:
         if entry.values or entry.hold or entry.release or entry.area is not None:
-            hint = "only time and robot = ... count: the PLC is in the recording"
+            hint = "use time and robot = ... only: the recording contains the PLC"
             raise InputError("sets more than events", file=path, line=entry.line, hint=hint)
         for event, args in entry.events:
             if event not in EVENTS:
-                hint = "a cable that is pulled is in the recording"
+                hint = "leave it out: the recording contains the loss of the link"
                 raise InputError(
                     f"{event!r} is not an event of a robot", file=path, line=entry.line, hint=hint
                 )

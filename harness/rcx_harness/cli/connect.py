@@ -38,10 +38,10 @@ def confirm(where: Elsewhere, *, yes: bool) -> None:
     if not sys.stdin.isatty():
         raise InputError(
             f"--connect {where.name} drives a controller that may be a real one",
-            hint="--yes says that the cell is clear",
+            hint="clear the cell, then add --yes",
         )
     if not typer.confirm(_QUESTION.format(name=where.name)):
-        raise InputError("nothing was sent", hint="rcx serve is a virtual controller to try it on")
+        raise InputError("nothing was sent", hint="try it on a virtual controller first: rcx serve")
 
 
 def _is_here(host: str) -> bool:
@@ -59,8 +59,8 @@ def no_connection(reason: str) -> InputError:
     """
     from rcx_harness.enip.originator.persistent_connection import WAITS
 
-    hint = "does a firewall stop UDP port 2222" if reason.endswith(WAITS) else ""
-    return InputError(f"no connection in the whole run: {reason}", hint=hint)
+    hint = "check that no firewall blocks UDP port 2222" if reason.endswith(WAITS) else ""
+    return InputError(f"there was no connection in the whole run: {reason}", hint=hint)
 
 
 class Teller:

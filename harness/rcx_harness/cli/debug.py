@@ -47,12 +47,24 @@ _EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
 
 #: The options of `rcx run` that a launch may give; all others write files, or leave virtual time.
 _OPTIONS = (
-    *("duration", "scan", "stimulus", "robot", "lib", "replace", "size", "m", "n", "seed"),
-    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot"),
+    *(
+        "duration",
+        "scan",
+        "stimulus",
+        "robot",
+        "lib",
+        "replace",
+        "device",
+        "size",
+        "m",
+        "n",
+        "seed",
+    ),
+    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot", "dialect"),
 )
 #: The variable that may hold the token of the port, and how long such a token is at least.
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
-#: A client of the port has launched with the token within this time, or makes room for others [s].
+#: A client must launch with the token within this time, else it is disconnected [s].
 _PATIENCE_S = 10.0
 #: Arguments that clients send for their own use.
 _OF_CLIENTS = (
@@ -66,27 +78,28 @@ _OF_CLIENTS = (
 def debug(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(help="A recording, or sources, for a client that names none itself."),
+        typer.Argument(help="A recording or sources, if the launch of the client names none."),
     ] = None,
     port: Annotated[
         int | None,
         typer.Option(
-            help="Wait for clients on this port of this computer; 0: any.", min=0, max=65535
+            help="Wait for clients on this local port; 0: any free one.", min=0, max=65535
         ),
     ] = None,
     vscode: Annotated[
         Path | None,
-        typer.Option(help="Write the extension for VS Code into this folder, and end."),
+        typer.Option(help="Write the extension for VS Code into this folder, then end."),
     ] = None,
     no_robot: Annotated[
-        bool, typer.Option("--no-robot", help="Sources run alone, as with rcx run --no-robot.")
+        bool,
+        typer.Option("--no-robot", help="Run the sources without a robot, as rcx run --no-robot."),
     ] = False,
 ) -> None:
-    """Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards.
+    """Debug a program in an editor, forwards and backwards, by the Debug Adapter Protocol.
 
-    An editor starts it and talks to it on standard input and output, or on --port; there its
-    launch has to name the token that is printed, or that RCX_DEBUG_TOKEN holds. What it launches
-    takes options of rcx run: see docs/how-to/debug.md.
+    An editor starts the command and talks to it on standard input and output, or on --port. With
+    --port the launch request must contain the printed token, or the value of RCX_DEBUG_TOKEN. The
+    launch takes options of rcx run: see docs/how-to/debug.md.
 
     Exit code: 0, or 2 on bad input.
     """
@@ -149,7 +162,9 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
         named = arguments.get("token")
         if not isinstance(named, str) or not compare_digest(named.encode(), token.encode()):
             hint = 'write the one that rcx debug has printed, "token": "..."'
-            raise InputError("the launch does not name the token of this port", hint=hint)
+            raise InputError(
+                "the launch request does not contain the token of this port", hint=hint
+            )
         patience.cancel()
         return launched(arguments, given, alone=alone)
 
@@ -160,7 +175,7 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
         patience.cancel()
         end()
         client.close()
-        for stream in (reading, writing):  # as long as one is open, a client can go on sending
+        for stream in (reading, writing):  # while one of them is open, a client can send
             with suppress(OSError):
                 stream.close()
 
@@ -182,7 +197,7 @@ def _write_extension(folder: Path) -> None:
         if os.path.exists(path) and path.read_bytes() != data:
             hint = "name another folder, or remove it"
             raise InputError(
-                "is there already, and is another; nothing was written", file=path, hint=hint
+                "already exists with other contents; nothing was written", file=path, hint=hint
             )
     replace_files(contents)
     print("written: " + ", ".join(os.fspath(path) for path in contents))
@@ -192,7 +207,7 @@ def _write_extension(folder: Path) -> None:
 
 
 def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = False) -> Launched:
-    """Build what a client wants to debug.
+    """Build the program or open the recording that a client launches.
 
     `arguments` are those of the client's request: the options of `rcx run` by their names,
     `sources`, `recording` and `cwd`. `given` are the files of the command line, for a client that
@@ -203,7 +218,7 @@ def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = F
         try:
             os.chdir(_text("cwd", folder))
         except (OSError, ValueError):
-            raise InputError(f"cwd {folder!r} is no folder") from None
+            raise InputError(f"cwd {folder!r} is not a folder") from None
     recording = arguments.get("recording")
     if recording is None and "sources" not in arguments and "program" not in arguments:
         recording = given[0] if len(given) == 1 and is_recording(given[0]) else None
@@ -211,7 +226,7 @@ def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = F
         mixed = [key for key in arguments if key not in _OF_CLIENTS]
         if mixed:
             hint = "leave it out: a recording has its own options"
-            raise InputError(f"{mixed[0]} does not go with a recording", hint=hint)
+            raise InputError(f"{mixed[0]} cannot be combined with a recording", hint=hint)
         machine, notice, last = opened(Path(_text("recording", recording)))
         return Launched(machine, notice, last)
     return _of_cell(_options(arguments, given, alone=alone))
@@ -230,7 +245,10 @@ def _of_cell(options: RunOptions) -> Launched:
     cell: Bench
     try:
         if options.no_robot:
-            files = source_files(list(options.files), options.lib, replacements(options.replace))
+            replaced = replacements(options.replace)
+            files = source_files(
+                list(options.files), options.lib, replaced, options.dialect, options.device
+            )
             cell = options.bench(files, **built)
         else:
             cell = Cell.build(list(options.files), **{**options.of_cell(), **built})
@@ -278,19 +296,19 @@ def _options(arguments: Mapping[str, Any], given: list[Path], *, alone: bool) ->
             raise _unknown(key, options)
         if option.is_flag:
             if not isinstance(value, bool):
-                raise InputError(f"{key} is neither true nor false")
+                raise InputError(f"{key} is not true or false")
             line += [option.opts[0]] * value
             continue
         for one in _several(value):
             if isinstance(one, bool) or not isinstance(one, (str, int, float, type(None))):
-                raise InputError(f"{key} is neither a text nor a number")
+                raise InputError(f"{key} is not a text or a number")
             if one is not None:
                 line.append(f"{option.opts[0]}={one}")
     try:
-        # Behind the dashes nothing is an option: what a client calls a source stays one.
+        # After `--` nothing is an option: all the sources of a client stay sources.
         command.main([*line, "--", *files], prog_name="launch", standalone_mode=False)
     except Exception as error:
-        told = getattr(error, "format_message", None)  # typer has click inside, or beside it
+        told = getattr(error, "format_message", None)  # typer contains click, or depends on it
         if told is None:
             raise
         raise InputError(told().rstrip(".")) from None
@@ -302,7 +320,7 @@ def _files(sources: Any) -> list[str]:
     found = [_text("sources", one) for one in _several(sources)]
     for one in found:
         if one.startswith("-"):
-            hint = f"options have keys of their own; a file of this name is ./{one}"
+            hint = f"write options as keys of the launch; for a file of this name write ./{one}"
             raise InputError(f"sources: {one} is an option, not a file", hint=hint)
     return found
 
@@ -326,6 +344,6 @@ def _name(key: str) -> str:
 
 def _unknown(key: str, options: Mapping[str, Any]) -> InputError:
     if _name(key) in {one.name for one in fields(RunOptions)}:
-        return InputError(f"{key} goes with rcx run, not with rcx debug", hint="leave it out")
+        return InputError(f"{key} is an option of rcx run, not of rcx debug", hint="leave it out")
     near = did_you_mean(get_close_matches(_name(key), options, n=1))
     return InputError(f"launch has no option {key!r}", hint=near or f"use {', '.join(options)}")

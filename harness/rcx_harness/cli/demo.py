@@ -23,7 +23,7 @@ def demo(
 ) -> None:
     """Run the first example against the virtual robot: its timing chart, and a page to look at.
 
-    Exit code: as `rcx run`, which does it.
+    Exit code: the exit code of `rcx run`.
     """
     example = default_lib().parent / "examples" / _EXAMPLE
     run(

@@ -18,22 +18,21 @@ __all__ = ["eds"]
 
 def eds(
     file: Annotated[
-        Path | None, typer.Argument(help="Where to write it. Default: standard output.")
+        Path | None, typer.Argument(help="File to write. Default: standard output.")
     ] = None,
     size: Annotated[
-        int, typer.Option(help="Bytes of the areas that a tool proposes: 48 or 256.")
+        int, typer.Option(help="Bytes of the areas that the sheet proposes: 48 or 256.")
     ] = SIZE,
-    product_code: Annotated[int, typer.Option(help="As given to `rcx serve`.")] = 5,
-    revision: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "1.1",
-    rpi_min: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "2ms",
-    force: Annotated[bool, typer.Option("--force", help="Write over an earlier sheet.")] = False,
+    product_code: Annotated[int, typer.Option(help="The same value as for `rcx serve`.")] = 5,
+    revision: Annotated[str, typer.Option(help="The same value as for `rcx serve`.")] = "1.1",
+    rpi_min: Annotated[str, typer.Option(help="The same value as for `rcx serve`.")] = "2ms",
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration tool.
 
-    It is this project's own and describes the simulation. A real controller is connected with
-    the vendor's file.
+    The file describes the simulation only. Use the vendor's file for a real controller.
 
-    Exit code: 0, or 2 on bad input and where the file exists.
+    Exit code: 0, or 2 on bad input or if the file exists.
     """
     major, minor = identity_revision(revision)
     identity = Identity(product_code=product_code, major_revision=major, minor_revision=minor)

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions, WorkersOrNone
-from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
+from rcx_harness.cli.options import Dialect, Lib, Sources, counted, duration_us, with_options
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.console import quoted
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 #: Called with the number of expanded states and of known states.
 Report = Callable[[int, int], None]
 
-#: Between two lines of progress where there is no terminal [s].
+#: Time between two lines of progress if the output is not a terminal [s].
 _PATIENCE_S = 30.0
 
 
@@ -42,70 +42,78 @@ class Options(FarmOptions):
 
     files: Sources
     lib: Lib = None
+    dialect: Dialect = None
     inputs: Annotated[
         list[str] | None,
-        typer.Option("--input", help="Main.Start, or Main.Mode=1,2: values that it may have."),
+        typer.Option(
+            "--input", help="An input: Main.Start, or Main.Mode=1,2 with its possible values."
+        ),
     ] = None
     always: Annotated[
         list[str] | None,
-        typer.Option(help='Holds after every scan, in the program\'s names: "NOT (A AND B)".'),
+        typer.Option(help='Condition that must hold after every scan: "NOT (A AND B)".'),
     ] = None
     properties: Annotated[
         list[Path] | None,
-        typer.Option(help="What you demand, and what the operator touches: .toml; repeatable."),
+        typer.Option(help="Required properties and the operator's inputs: .toml; repeatable."),
     ] = None
     no_robot: Annotated[
-        bool, typer.Option("--no-robot", help="The program alone: no areas, no controller.")
+        bool, typer.Option("--no-robot", help="Check the program alone: no areas, no controller.")
     ] = False
     faults: Annotated[
-        str, typer.Option(help="What may go wrong: some of link,alarm,abnormal; or none.")
+        str, typer.Option(help="Possible faults: some of link,alarm,abnormal; or none.")
     ] = "link,alarm,abnormal"
-    scan: Annotated[str, typer.Option(help="Time from one scan to the next.")] = "100ms"
+    scan: Annotated[str, typer.Option(help="Scan period.")] = "100ms"
     bound: Annotated[
-        int, typer.Option(min=0, max=10**9, help="Go on from so many states at most; 0: from all.")
+        int,
+        typer.Option(
+            min=0, max=10**9, help="Largest number of states to continue from; 0: no limit."
+        ),
     ] = 20_000
     depth: Annotated[
-        int, typer.Option(min=0, max=10**9, help="Go no further than so many scans; 0: any number.")
+        int, typer.Option(min=0, max=10**9, help="Largest number of scans; 0: no limit.")
     ] = 0
     robot: Annotated[
         list[Path] | None,
         typer.Option(
-            help="Robot file (TOML): explore with its controller and its robot programs, at their "
-            "own times; of several robots once for each."
+            help=(
+                "Robot file (TOML): explore with this controller, its robot programs and their "
+                "times; repeat it for several robots."
+            )
         ),
     ] = None
     stimulus: Annotated[
         Path | None,
-        typer.Option(help="With --robot: a good run (TOML) behind which the exploration begins."),
+        typer.Option(help="With --robot: stimulus (TOML) that runs before the exploration begins."),
     ] = None
     begin: Annotated[
         str | None,
-        typer.Option(help="With --robot: when it begins. Default: behind the good run's entries."),
+        typer.Option(help="With --robot: time at which it begins. Default: after the stimulus."),
     ] = None
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE
-    m: Annotated[int, typer.Option(help="Where the area from the robot begins.")] = 0
-    n: Annotated[int, typer.Option(help="Where the area to the robot begins.")] = 0
+    m: Annotated[int, typer.Option(help="First byte of the area from the robot.")] = 0
+    n: Annotated[int, typer.Option(help="First byte of the area to the robot.")] = 0
     out: Annotated[
-        Path, typer.Option(help="Folder for the stimulus file and the chart of what is found.")
+        Path, typer.Option(help="Folder for the stimulus file and the chart of a broken rule.")
     ] = Path("out/explore")
     workers: WorkersOrNone = None
 
 
 @with_options(Options)
 def explore(given: Options) -> None:
-    """Go through all states of a small program, with a small controller in every order of events.
+    """Visit all states of a small program with a small controller, in every order of events.
 
-    With --robot go through all states of a cell: the controller of that file with its robot
-    programs, at their own times.
+    With --robot the command visits all states of a cell: the controller of this robot file with
+    its robot programs and their times.
 
-    Judged by the rules of the wire, the contract of the blocks, assertions in comments, and what
-    --always and --properties demand.
+    Each state is checked against the rules of the wire, the contract of the blocks, assertions in
+    comments, --always and --properties.
 
-    Exit code: 0 if no rule is broken, 1 if one is, 2 on bad input.
+    Exit code: 0 if no rule is broken, 1 if a rule is broken, 2 on bad input.
     """
     from structured_text.output.replays import check
 
-    for name in ("broken.toml", "broken.svg"):  # hours of work come before they are written
+    for name in ("broken.toml", "broken.svg"):  # check now: they are written after hours of work
         check(given.out / name)
     console = Console(stderr=True)
     farm = given.farm(console)
@@ -126,13 +134,13 @@ def explore(given: Options) -> None:
 
 
 def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
-    """Explore a program with the small controller; return what prints the result."""
+    """Explore a program with the small controller; return a function that prints the result."""
     from rcx_harness.verify.explore.replay import replay
     from rcx_harness.verify.explore.user import explore as explore_program
 
     for name in ("stimulus", "begin"):
         if getattr(given, name) is not None:
-            raise InputError(f"--{name} goes with --robot", hint="name the robot file, too")
+            raise InputError(f"--{name} needs --robot", hint="name the robot file, too")
     settings = _settings(given)
     settings = type(settings)(**vars(settings) | {"report": report})
     found = explore_program(source_files(list(given.files), given.lib), settings, farm)
@@ -155,7 +163,7 @@ def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
 
 
 def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
-    """Explore a cell with its controllers and robot programs; return what prints the result."""
+    """Explore a cell with its controllers and robot programs; return a printer of the result."""
     from rcx_harness.verify.explore.cells import FAULTS, explore_cell, replay_cell
 
     settings = _cell_settings(given, report)
@@ -233,7 +241,7 @@ def _cell_settings(given: Options, report: Report) -> CellSettings:
 
     if given.always:
         hint = "write it as [[always]] in a file of --properties"
-        raise InputError("--always does not go with --robot", hint=hint)
+        raise InputError("--always cannot be combined with --robot", hint=hint)
     options: dict[str, Any] = {
         "robot": given.robot,
         "lib": given.lib,
@@ -274,7 +282,9 @@ def _faults(given: Options, known: Collection[str]) -> list[str]:
     faults = [] if given.faults == "none" else [one.strip() for one in given.faults.split(",")]
     for one in faults:
         if one not in known:
-            raise InputError(f"--faults {one}", hint=f"it can be {', '.join(known)}, or none")
+            raise InputError(
+                f"--faults {one}: no such fault", hint=f"use {', '.join(known)}, or none"
+            )
     return faults
 
 

@@ -25,30 +25,30 @@ def export(
         list[Path] | None, typer.Option(help="Add your ST file, or a folder of them.")
     ] = None,
     lib: Annotated[
-        Path | None, typer.Option(help="Folder of the library. Default: that of this package.")
+        Path | None,
+        typer.Option(help="Folder of the library. Default: the library in this package."),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Where to write. Default: rcx3 with a suffix."),
+        typer.Option("--out", "-o", help="File or folder to write. Default: rcx3 with a suffix."),
     ] = None,
     needed: Annotated[
-        bool, typer.Option("--needed", help="Only the part of the library that --program needs.")
+        bool,
+        typer.Option("--needed", help="Export only the part of the library that --program needs."),
     ] = False,
     prefix: Annotated[
         str | None,
-        typer.Option(help="Give the library's names a prefix, as RCX_. Default: none."),
+        typer.Option(help="Prefix for the library's names, such as RCX_. Default: none."),
     ] = None,
     allow_missing: Annotated[
-        bool, typer.Option("--allow-missing", help="Write it although something is not carried.")
+        bool, typer.Option("--allow-missing", help="Write even if a part cannot be exported.")
     ] = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Take the place of what was exported there before.")
-    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
 ) -> None:
     """Write the library for a PLC tool; `docs/how-to/export.md` says what was checked.
 
-    Exit code: 0; 1 if something is not carried, and nothing is written then without
-    `--allow-missing`; 2 on errors in the sources and where the output exists.
+    Exit code: 0; 1 if a part cannot be exported (nothing is written without
+    `--allow-missing`); 2 on errors in the sources or if the output exists.
     """
     output = make(target, lib, program or [], only_needed=needed, prefix=prefix)
     place = Path(f"{library_names(lib).file}{TARGETS[target].ending}") if out is None else out

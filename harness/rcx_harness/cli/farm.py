@@ -23,7 +23,9 @@ MOST = 4096
 WorkersOrNone = Annotated[
     int | None,
     typer.Option(
-        help="Processes. Default: one for each processor; 0: in this one.", min=0, max=MOST
+        help="Number of processes. Default: one for each processor; 0: run in this process.",
+        min=0,
+        max=MOST,
     ),
 ]
 
@@ -34,14 +36,15 @@ class FarmOptions:
 
     workers: Annotated[
         int | None,
-        typer.Option(help="Processes. Default: one for each processor.", min=1, max=MOST),
+        typer.Option(help="Number of processes. Default: one for each processor.", min=1, max=MOST),
     ] = None
     cluster: Annotated[
         str | None,
         typer.Option(help="Scheduler of a cluster: tls://HOST:PORT, or tcp:// on this computer."),
     ] = None
     cluster_ca: Annotated[
-        Path | None, typer.Option(help="With tls: certificate of who signs the cluster's (PEM).")
+        Path | None,
+        typer.Option(help="With tls: certificate of the authority (CA) of the cluster (PEM)."),
     ] = None
     cluster_cert: Annotated[
         Path | None, typer.Option(help="With tls: certificate of this computer (PEM).")
@@ -50,7 +53,7 @@ class FarmOptions:
         None
     )
     cluster_plain: Annotated[
-        bool, typer.Option("--cluster-plain", help="Allow tcp to other computers, not encrypted.")
+        bool, typer.Option("--cluster-plain", help="Allow unencrypted tcp to other computers.")
     ] = False
 
     def farm(self, console: Console) -> Farm:
@@ -64,11 +67,11 @@ class FarmOptions:
             }
             for name, value in given.items():
                 if value is not None:
-                    raise InputError(f"{name} goes with --cluster", hint="name its scheduler, too")
+                    raise InputError(f"{name} needs --cluster", hint="name the scheduler, too")
             return Farm(self.workers, console=console)
         if self.workers is not None:
-            hint = "a cluster has as many workers as were started there"
-            raise InputError("--workers does not go with --cluster", hint=hint)
+            hint = "start the workers on the cluster (docs/how-to/cluster.md)"
+            raise InputError("--workers cannot be combined with --cluster", hint=hint)
         files = (self.cluster_ca, self.cluster_cert, self.cluster_key)
         cluster = Cluster(self.cluster, *files, plain=self.cluster_plain, fingerprint=fingerprint)
         return Farm(cluster=cluster, console=console)

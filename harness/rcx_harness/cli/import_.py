@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli.options import counted
+from rcx_harness.cli.options import Device, counted
 from structured_text.errors import InputError, legible
+from structured_text.language.dialects import rules_of
 from structured_text.output.files import replace_files
 from structured_text.projects.formats import is_project
 from structured_text.projects.open import read_project
@@ -27,34 +28,35 @@ def import_(
         ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")],
+    device: Device = "",
     force: Annotated[
-        bool, typer.Option("--force", help="Write over files of the same names.")
+        bool, typer.Option("--force", help="Overwrite files of the same names.")
     ] = False,
 ) -> None:
     """Write the Structured Text of a project as .st files, one for each declaration.
 
-    Not needed to run it: `rcx run` and `rcx check` take the project itself.
+    You do not need it to run a project: `rcx run` and `rcx check` read the project itself.
 
-    Exit code: 0; 1 if a body is in another language: its file has the interface, and a comment
-    where the body is to be written; 2 on bad input, and where a file exists.
+    Exit code: 0; 1 if a body is in another language: its file has the interface, and a comment in
+    place of the body; 2 on bad input or if a file exists.
     """
     named = named_files(files)
     for file in named:
         if not is_project(file):
             raise InputError(
-                "is Structured Text already, or nothing that is read",
+                "is already Structured Text, or is not a project that can be read",
                 file=file,
                 hint="name a PLCopen .xml, a TwinCAT folder or .plcproj, an .L5X or an .scl",
             )
-    project = read_project(named)
+    project = read_project(named, device)
     texts = st_texts(project)
     there = [out / name for name in texts if os.path.exists(out / name)]
     if there and not force:
         others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""
         raise InputError(
-            f"is there already{others}; nothing was written",
+            f"already exists{others}; nothing was written",
             file=there[0],
-            hint="name another folder, or write over them with --force",
+            hint="name another folder, or overwrite them with --force",
         )
     replace_files({out / name: text for name, text in texts.items()})
     for note in project.notes:
@@ -64,5 +66,9 @@ def import_(
         says = f"not carried: {unit.file}:{body.at}: the body of {name} {body.says}"
         print(legible(says))
     print(f"written: {counted(len(texts), 'file')} in {out}")
+    spoken = dict.fromkeys(name for name, _ in project.dialects if not rules_of(name).is_standard)
+    if len(spoken) == 1:
+        # An .st file does not say the tool that it comes from.
+        print(f"run it as the project: rcx run {out} --dialect {next(iter(spoken))}")
     if foreign:
         raise typer.Exit(1)

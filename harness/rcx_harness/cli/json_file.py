@@ -45,17 +45,17 @@ class JsonOutput:
             return
         if os.path.isdir(file):
             raise InputError("is a folder, not a file", file=file)
-        if not os.path.isfile(file):  # not there, or a device
+        if not os.path.isfile(file):  # it is missing, or a device
             return
         with file.open("rb") as stream:
             found = stream.read(len(beginning))
         if found not in (b"", beginning.encode()):
             raise InputError(
-                "is there already, and is not what this command writes; nothing was written",
+                "already exists and was not written by this command; nothing was written",
                 file=file,
                 hint="name another file, or remove this one",
             )
-        if real(file) in map(real, read):  # an empty one
+        if real(file) in map(real, read):  # an empty file
             raise InputError("would be overwritten, but it is an input", file=file)
 
     @contextmanager

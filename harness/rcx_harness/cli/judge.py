@@ -1,4 +1,4 @@
-"""`rcx judge`: what a recorded controller and its PLC did."""
+"""`rcx judge`: judge a recording of a controller and its PLC."""
 
 from __future__ import annotations
 
@@ -38,35 +38,38 @@ def judge(
         typer.Option(help="Only this controller, by its address; may be repeated."),
     ] = None,
     size: Annotated[
-        int | None, typer.Option(help="Bytes of its areas, 48 or 256. Default: either.")
+        int | None, typer.Option(help="Bytes of its areas, 48 or 256. Default: both are accepted.")
     ] = None,
     port: Annotated[int, typer.Option(help="TCP port of explicit messages.")] = PORT,
     tolerance: Annotated[
-        str, typer.Option(help="By so much two dedicated inputs may change in less than 100 ms.")
+        str,
+        typer.Option(
+            help="Time by which two changes of dedicated inputs may be closer than 100 ms."
+        ),
     ] = "1ms",
     begin: Annotated[
-        str, typer.Option("--from", help="Print events and draw the chart from here on.")
+        str, typer.Option("--from", help="Print events and draw the chart from this time on.")
     ] = "0s",
     duration: Annotated[
-        str | None, typer.Option("--for", help="For so long. Default: to the end.")
+        str | None, typer.Option("--for", help="Time to show from --from on. Default: to the end.")
     ] = None,
     quiet: Annotated[
-        bool, typer.Option("--quiet", help="No events, only what is told at the end.")
+        bool, typer.Option("--quiet", help="Print no events, only the summary.")
     ] = False,
     show: Annotated[bool, typer.Option("--show", help="Print the timing chart.")] = False,
     chart: Annotated[Path | None, typer.Option(help="Write the timing chart (SVG).")] = None,
     trace: Annotated[
-        Path | None, typer.Option(help="Write what was followed as a trace (JSON lines).")
+        Path | None, typer.Option(help="Write the connections as a trace (JSON lines).")
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
     """Judge a recording of a PLC and its controllers: who broke a rule of the wire, and when.
 
-    It follows the cyclic connections of a capture, prints every remote command and dedicated signal
-    in plain language, what was lost on the way, and a table of response times. It only reads.
+    It follows the cyclic connections of a capture. It prints every remote command and dedicated
+    signal in plain language, lost packets, and a table of response times. It only reads.
 
-    Exit code: 0 without a violation, 1 with violations, 2 on bad input, also where the file is
-    damaged or cut off: what comes before that is judged.
+    Exit code: 0 without a violation, 1 with violations, 2 on bad input. A damaged or
+    truncated file is bad input, too; the part before the damage is judged.
     """
     check_outputs({"trace": trace, "chart": chart}, None, file)
     output = JsonOutput(json_file, _BEGINNING, [file])

@@ -18,7 +18,7 @@ from rich.table import Table
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
-from rcx_harness.cli.options import Lib, with_options
+from rcx_harness.cli.options import Dialect, Lib, with_options
 from structured_text.coverage.output import check_fail_under
 from structured_text.errors import InputError
 from structured_text.output.reading import check_file
@@ -37,35 +37,42 @@ class Options(FarmOptions):
 
     files: Annotated[list[Path], typer.Argument(help="ST files of the program, or folders.")]
     lib: Lib = None
+    dialect: Dialect = None
     minutes: Annotated[
-        float | None, typer.Option(help="Begin no mutant after so long; the next call goes on.")
+        float | None,
+        typer.Option(help="Time after which no new mutant begins; the next call continues."),
     ] = None
     fail_under: Annotated[
-        str, typer.Option(help="Exit code 1 where fewer are killed [%], of those without a reason.")
+        str,
+        typer.Option(
+            help="Exit code 1 if a smaller share of mutants without a reason is killed [%]."
+        ),
     ] = "100"
     reasons: Annotated[
-        Path, typer.Option(help="Survivors that no test can find, with the reason (TOML).")
+        Path, typer.Option(help="File of survivors that no test can find, with the reason (TOML).")
     ] = _REASONS
-    folder: Annotated[Path, typer.Option(help="Folder for what is known of earlier calls.")] = Path(
+    folder: Annotated[Path, typer.Option(help="Folder for the results of earlier calls.")] = Path(
         ".rcx"
     )
-    fresh: Annotated[bool, typer.Option("--fresh", help="Forget earlier calls.")] = False
-    show: Annotated[int, typer.Option(help="Survivors that are printed; 0: all.", min=0)] = _SHOWN
+    fresh: Annotated[bool, typer.Option("--fresh", help="Ignore the results of earlier calls.")] = (
+        False
+    )
+    show: Annotated[int, typer.Option(help="Number of survivors to print; 0: all.", min=0)] = _SHOWN
     json_file: JsonFile = None
     word: Annotated[list[str] | None, typer.Option(hidden=True)] = None
 
 
 @with_options(Options)
 def mutants(given: Options) -> None:
-    """Make one small mistake after the other in a program, and see whether its tests find it.
+    """Put small mistakes into a program, one at a time, and report which of them its tests find.
 
-    `rcx mutants plc -- pytest`: behind `--` is the command that runs the tests. Each mistake is
-    made in a copy; only the tests that execute its statement are run.
+    `rcx mutants plc -- pytest`: the command after `--` runs the tests. Each mistake is made in
+    a copy; only the tests that execute its statement are run.
 
     Exit code: 0 if enough mutants are killed, 1 if not, 2 on bad input or failing tests.
     """
     if not given.word:
-        hint = f"rcx mutants {given.files[0]} -- pytest"
+        hint = f"write rcx mutants {given.files[0]} -- pytest"
         raise InputError("no command for the tests is given", hint=hint)
     percent = check_fail_under("--fail-under", given.fail_under)
     if given.minutes is not None and not given.minutes >= 0:
@@ -111,7 +118,7 @@ def _check_outputs(given: Options) -> None:
     if given.reasons != _REASONS or os.path.lexists(given.reasons):
         check_file(given.reasons)
     if os.path.exists(given.folder) and not os.path.isdir(given.folder):
-        raise InputError("is no folder", file=given.folder, hint="give another --folder")
+        raise InputError("is not a folder", file=given.folder, hint="give another --folder")
 
 
 def _print(found: Mapping[str, Any], show: int, rows: Path) -> None:
@@ -134,9 +141,9 @@ def _print(found: Mapping[str, Any], show: int, rows: Path) -> None:
     if len(unexplained) > show:
         print(f"... and {len(unexplained) - show} more survive: --show 0 shows all")
     for row in found["rows_without_a_survivor"]:
-        print(f"a test finds it now, its reason is no longer needed: {row}")
+        print(f"a test now finds it, so its reason can be deleted: {row}")
     for row in found["rows_without_a_mutant"]:
-        print(f"there is no such mutant, the reason is for nothing: {row}")
+        print(f"there is no such mutant, so its reason can be deleted: {row}")
     if unexplained:
         print(f"rows for those that no test can find: {rows}")
     print(_sum(found, len(unexplained)))

@@ -19,7 +19,7 @@ _INSTALL = ("pip install pytest   # it is missing here; for CI see README.md", "
 
 
 def new(
-    folder: Annotated[Path, typer.Argument(help="Folder to make; new or empty.", metavar="DIR")],
+    folder: Annotated[Path, typer.Argument(help="Folder to create; new or empty.", metavar="DIR")],
     name: Annotated[
         str | None, typer.Option(help="The cell's name. Default: the folder's.")
     ] = None,
@@ -32,7 +32,7 @@ def new(
 ) -> None:
     """Write a repository for a cell of your own: program, tests, virtual robot, CI files.
 
-    Exit code: 0, or 2 where the folder has files.
+    Exit code: 0, or 2 if the folder is not empty.
     """
     files = new_project(folder, name, size, ci, robot)
     for file in files:

@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 
 __all__ = ["Stimulus", "refuse"]
 
-#: Options that say something of a robot, its network, or what is drawn for them.
+#: Options about a robot, its network, or the charts of both.
 _OF_ROBOTS = (
     *("link", "size", "m", "n", "robot", "rpi", "jitter", "timeout", "phases", "on_loss"),
     *("realtime", "panel", "connect", "yes", "input_instance", "output_instance"),
@@ -24,8 +24,8 @@ class _Entry(stimulus.Entry):
     @classmethod
     def refuse(cls, key: str) -> None:
         if key in KEYS:
-            hint = "leave the key out, or --no-robot"
-            raise InputError(f"{key!r} is for a robot, and there is none", hint=hint)
+            hint = "leave out the key, or leave out --no-robot"
+            raise InputError(f"{key!r} needs a robot, and the program runs without one", hint=hint)
         super().refuse(key)
 
 
@@ -40,5 +40,5 @@ def refuse(typed: Iterable[str]) -> None:
     for name in typed:
         if name in _OF_ROBOTS:
             option = f"--{_NAMES.get(name, name).replace('_', '-')}"
-            hint = f"leave out {option}, or --no-robot"
-            raise InputError(f"{option} is for a robot, and there is none", hint=hint)
+            hint = f"leave out {option}, or leave out --no-robot"
+            raise InputError(f"{option} needs a robot, and the program runs without one", hint=hint)

@@ -13,10 +13,13 @@ import typer
 
 from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from structured_text.errors import InputError
+from structured_text.language.dialects import using
 from structured_text.output.reading import check_file
 from structured_text.output.units import parse_us
 
 __all__ = [
+    "Device",
+    "Dialect",
     "Lib",
     "Replace",
     "Sources",
@@ -44,11 +47,25 @@ Sources = Annotated[
 #: Files with bodies for POUs of a project.
 Replace = Annotated[
     list[str] | None,
-    typer.Option(help="Take this ST file for a POU of a project: POU=file.st. May be repeated."),
+    typer.Option(
+        help="Use this ST file instead of a POU of a project: POU=file.st. May be repeated."
+    ),
+]
+#: The tool as which a program is computed.
+Dialect = Annotated[
+    str | None,
+    typer.Option(
+        help="The tool as which the program is computed, such as codesys or tia. "
+        "Default: that of the project's format, or iec."
+    ),
+]
+#: The device of a project.
+Device = Annotated[
+    str, typer.Option(help="The device to read, if a project in PLCopen XML has several.")
 ]
 #: The library to use.
 Lib = Annotated[
-    Path | None, typer.Option(help="Folder of the library. Default: that of this package.")
+    Path | None, typer.Option(help="Folder of the library. Default: the library in this package.")
 ]
 
 _Options = TypeVar("_Options")
@@ -65,7 +82,8 @@ def with_options(
                 from rcx_harness.cli.no_robot import refuse
 
                 refuse(one for one in values if not _is_default(context, one))
-            command(options(**values))
+            with using(values.get("dialect")):
+                command(options(**values))
 
         with_values.__name__, with_values.__doc__ = command.__name__, command.__doc__
         hints = get_type_hints(options, include_extras=True)
@@ -111,7 +129,7 @@ def counted(number: int, what: str) -> str:
 def check_port(option: str, number: int) -> None:
     """Raise InputError if the number is not a TCP or UDP port."""
     if not 1 <= number <= 0xFFFF:
-        raise InputError(f"{option} {number} is not a port", hint="ports are 1 to 65535")
+        raise InputError(f"{option} {number} is not a port", hint="use 1 to 65535")
 
 
 def check_ipv4(option: str, text: str) -> None:
@@ -135,7 +153,7 @@ def interval_us(option: str, text: str) -> int:
     """Return a packet interval in microseconds."""
     given_us = duration_us(option, text)
     if not SHORTEST_RPI_US <= given_us <= LONGEST_RPI_US:
-        hint = "it can be 1ms to 3200ms"
+        hint = "use 1ms to 3200ms"
         raise InputError(f"{option} {text} is not a packet interval", hint=hint)
     return given_us
 
@@ -148,7 +166,7 @@ def host_port(option: str, text: str, port: int) -> tuple[str, int]:
         port = int(number) if right else 0
     if not host or not 1 <= port <= 0xFFFF:
         raise InputError(
-            f"{option} {text!r:.60} is no address",
+            f"{option} {text!r:.60} is not an address",
             hint="write it as 192.168.0.10 or 127.0.0.1:5020",
         )
     return host, port

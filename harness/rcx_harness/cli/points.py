@@ -1,4 +1,4 @@
-"""`rcx points`: points and other stored data of a controller, to a file, back, and beside it."""
+"""`rcx points`: back up, restore and compare points and other stored data of a controller."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Action(str, Enum):
     compare = "compare"
 
 
-#: The state that an interrupted command leaves behind.
+#: The state after an interrupted command.
 _LEFT = {
     Action.backup: "no file was written",
     Action.compare: "nothing was compared",
@@ -58,7 +58,7 @@ _SHORTEST_US = 100_000
 
 
 def points(
-    action: Annotated[Action, typer.Argument(help="What to do.")],
+    action: Annotated[Action, typer.Argument(help="Action: backup, restore or compare.")],
     host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
     file: Annotated[
         Path, typer.Argument(help="TOML or .ALL: written by backup, read by the others.")
@@ -70,22 +70,25 @@ def points(
     numbers: Annotated[
         str,
         typer.Option(
-            help="Points and comments, as 0-99 or 5. Of a backup, 0-999 by default; of a "
-            "comparison besides those of the file."
+            help=(
+                "Numbers of points and comments, such as 0-99 or 5. Default of a backup: 0-999; a "
+                "comparison adds them to the numbers in the file."
+            )
         ),
     ] = "",
     robot: Annotated[
         list[int] | None, typer.Option(help="Robot whose hands are backed up; may be repeated.")
     ] = None,
     csv: Annotated[
-        Path | None, typer.Option(help="Write points and comments of a backup as CSV, too.")
+        Path | None, typer.Option(help="Also write points and comments of a backup as CSV.")
     ] = None,
     write: Annotated[
-        bool, typer.Option("--write", help="Restore: yes, change what the controller stores.")
+        bool,
+        typer.Option("--write", help="Required for restore: change the data in the controller."),
     ] = False,
     undefined: Annotated[
         list[str] | None,
-        typer.Option(help="Alarm of a reference to what is not defined; may be repeated."),
+        typer.Option(help="Alarm that means undefined data; may be repeated."),
     ] = None,
     timeout: Annotated[
         str,
@@ -96,19 +99,17 @@ def points(
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
-    address: Annotated[
-        str, typer.Option("--from", help="Address of this machine to work from.")
-    ] = "",
+    address: Annotated[str, typer.Option("--from", help="Local address for the connection.")] = "",
 ) -> None:
     """Back up, restore or compare points, comments, shifts, hands and pallets of a controller.
 
     The file has the tables of a robot file, which `rcx run --robot` and `rcx serve --robot` read.
     A name that ends with .ALL stands for the data sections of a file with all data of a controller.
-    A restore reads first, writes only what differs, and compares again: what was interrupted is
-    finished by the same command. It deletes nothing.
+    A restore reads first, writes only what differs, and compares again. After an interruption the
+    same command completes it. It deletes nothing.
 
-    Exit code: 0, 1 where something differs or was left out, the controller refused a command, did
-    not answer in time, or the connection was lost, 130 after Ctrl-C, 2 on bad input.
+    Exit code: 0; 1 if data differ or were left out, the controller refused a command or did not
+    answer in time, or the connection was lost; 130 after Ctrl-C; 2 on bad input.
     """
     check_size(size)
     check_port("--port", port)
@@ -122,12 +123,12 @@ def points(
     if action is Action.backup:
         asked = _keys(kinds or KINDS, _range(numbers or "0-999"), _robots(robot or [1]))
         if write:
-            raise InputError("--write goes with restore only")
+            raise InputError("--write is for restore only")
     else:
         _check_options(action, csv, robot or (), numbers, write)
         read, passed_over = from_file(file)
         for text in passed_over:
-            print(legible(f"passed over: {text}"), file=sys.stderr)
+            print(legible(f"skipped: {text}"), file=sys.stderr)
         given = _only(read, kinds, file)
         if numbers:
             here = [kind for kind in ("points", "comments") if not kinds or kind in kinds]
@@ -191,20 +192,22 @@ def _check_options(
 ) -> None:
     """Raise InputError for options that need another action."""
     if csv or robot:
-        raise InputError(f"{'--csv' if csv else '--robot'} goes with backup only")
+        raise InputError(f"{'--csv' if csv else '--robot'} is for backup only")
     if action is Action.restore and numbers:
-        raise InputError("--numbers goes with backup and compare", hint="--kind goes with restore")
+        raise InputError("--numbers is for backup and compare only", hint="use --kind")
     if action is Action.restore and not write:
-        hint = "compare shows what differs; --write says that you want it"
+        hint = "look at the differences with compare, then add --write"
         raise InputError("restore changes what the controller stores", hint=hint)
     if action is Action.compare and write:
-        raise InputError("--write goes with restore only")
+        raise InputError("--write is for restore only")
 
 
 def _kinds(names: Sequence[str]) -> list[str]:
     for name in names:
         if name not in KINDS:
-            raise InputError(f"--kind {name!r:.40} is none", hint=f"give {', '.join(KINDS)}")
+            raise InputError(
+                f"--kind {name!r:.40} is not a kind of data", hint=f"use {', '.join(KINDS)}"
+            )
     return [kind for kind in KINDS if kind in names]
 
 
@@ -218,14 +221,14 @@ def _alarms(given: Sequence[str]) -> Sequence[str]:
 def _timeout_us(text: str) -> int:
     given_us = duration_us("--timeout", text)
     if given_us < _SHORTEST_US:
-        raise InputError(f"--timeout {text} is too short", hint="it can be 100ms to 365d")
+        raise InputError(f"--timeout {text} is too short", hint="use 100ms to 365d")
     return given_us
 
 
 def _robots(given: Sequence[int]) -> list[int]:
     for robot in given:
         if not 1 <= robot <= ROBOTS:
-            raise InputError(f"--robot {robot} is none", hint=f"they are 1 to {ROBOTS}")
+            raise InputError(f"--robot {robot} is not a robot", hint=f"use 1 to {ROBOTS}")
     return sorted(set(given))
 
 
@@ -252,7 +255,9 @@ def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
     """Return the stored data of the wanted kinds only."""
     asked = [key for key in stored.asked if not kinds or key[0] in kinds]
     if not asked:
-        raise InputError("has nothing of what is asked for", file=file, hint="see --kind")
+        raise InputError(
+            "contains none of the requested data", file=file, hint="use another --kind"
+        )
     return Stored({key: stored.values[key] for key in asked if key in stored.values}, asked)
 
 

@@ -40,37 +40,43 @@ _ENDINGS = (".toml", ".md", ".jsonl")
 def probe(
     host: Annotated[str, typer.Argument(help="Address of the controller.")] = "",
     plain_list: Annotated[
-        bool, typer.Option("--list", help="Print the questions and the rules, and do nothing.")
+        bool, typer.Option("--list", help="Print the questions and the rules, then end.")
     ] = False,
     risk: Annotated[
-        int, typer.Option(help="Up to here: 1 reading only, 2 no motion, 3 motion.")
+        int, typer.Option(help="Highest risk: 1 reading only, 2 no motion, 3 motion.")
     ] = 1,
     only: Annotated[
         list[str] | None, typer.Option(help="Only this question; may be repeated.")
     ] = None,
     yes_reading: Annotated[
-        bool, typer.Option("--yes-reading", help="Ask all that only reads, without confirmation.")
+        bool,
+        typer.Option(
+            "--yes-reading", help="Ask all questions that only read, without confirmation."
+        ),
     ] = False,
     out: Annotated[
-        Path, typer.Option(help="Report and evidence: this name with .toml, .md and .jsonl.")
+        Path,
+        typer.Option(help="Name of the report and its evidence; .toml, .md and .jsonl are added."),
     ] = Path("probe"),
-    by: Annotated[str, typer.Option(help="Who you are, for the report.")] = "",
-    robot: Annotated[str, typer.Option(help="What it is, as 'RCX340, YK400XE'.")] = "",
-    date: Annotated[str, typer.Option(help="Today, as 2030-12-31, for the report.")] = "",
+    by: Annotated[str, typer.Option(help="Your name, for the report.")] = "",
+    robot: Annotated[
+        str, typer.Option(help="The controller and robot, such as 'RCX340, YK400XE'.")
+    ] = "",
+    date: Annotated[
+        str, typer.Option(help="Today's date for the report, such as 2030-12-31.")
+    ] = "",
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
-    address: Annotated[
-        str, typer.Option("--from", help="Address of this machine to work from.")
-    ] = "",
+    address: Annotated[str, typer.Option("--from", help="Local address for the connection.")] = "",
 ) -> None:
-    """Ask a real controller what is assumed of it, step by step; you confirm each of them.
+    """Check at a real controller what the virtual one assumes; you confirm each step.
 
-    Steps are sorted by what can happen: reading only, no motion with the servos off, motion. It
-    writes a report that you can send: confirmed, refuted or not asked, rule by rule, with what was
-    seen. Nothing moves without your word for that step.
+    Steps are sorted by risk: reading only, no motion with the servos off, motion. The command
+    writes a report that you can send. It lists each rule as confirmed, refuted or not asked, with
+    the observation. Nothing moves before you confirm the step.
 
-    Exit code: 0, 1 where a rule was refuted or the probe ended early, 130 after Ctrl-C, 2 on bad
+    Exit code: 0; 1 if a rule was refuted or the probe ended early; 130 after Ctrl-C; 2 on bad
     input.
     """
     asked = _chosen(risk, only or [], yes_reading)
@@ -78,7 +84,9 @@ def probe(
         _list(questions() if not only else asked)
         return
     if not host:
-        raise InputError("HOST is missing", hint="rcx probe 192.168.0.10, or rcx probe --list")
+        raise InputError(
+            "HOST is missing", hint="write rcx probe 192.168.0.10, or rcx probe --list"
+        )
     check_size(size)
     check_port("--port", port)
     if address:
@@ -88,11 +96,11 @@ def probe(
     files = [out.with_name(out.name + ending) for ending in _ENDINGS]
     another = "name another one with --out"
     if os.path.lexists(files[2]):
-        raise InputError("is there already", file=files[2], hint=another)
+        raise InputError("already exists", file=files[2], hint=another)
     interactive = not yes_reading
     if interactive and not sys.stdin.isatty():
-        hint = "--yes-reading asks what only reads"
-        raise InputError("there is nobody at a terminal to confirm each step", hint=hint)
+        hint = "use --yes-reading to ask only the questions that only read"
+        raise InputError("each step must be confirmed at a terminal, and there is none", hint=hint)
     with NewFiles(files[:2], another) as reports:
         print(_SAFETY, flush=True)
         if interactive and not _agreed('Type "yes" if all of this is so: ', "yes"):
@@ -110,15 +118,17 @@ def probe(
 
 def _chosen(risk: int, only: list[str], yes_reading: bool) -> list[Question]:
     if not 1 <= risk <= max(Risk):
-        raise InputError(f"--risk {risk} is none", hint="1 reading, 2 no motion, 3 motion")
+        raise InputError(
+            f"--risk {risk} is not a risk", hint="use 1 (reading), 2 (no motion), 3 (motion)"
+        )
     if yes_reading and risk > Risk.READING:
-        raise InputError("--yes-reading goes with --risk 1 only", hint="confirm the others")
+        raise InputError("--yes-reading is for --risk 1 only", hint="leave one of them out")
     known = {one.id: one for one in questions()}
     for name in only:
         if name not in known:
             raise InputError(f"no question is called {name!r}", hint="see rcx probe --list")
         if known[name].risk > risk:
-            hint = f"--risk {known[name].risk}: {known[name].risk.text}"
+            hint = f"allow it with --risk {known[name].risk}: {known[name].risk.text}"
             raise InputError(f"{name} can do more than --risk {risk} allows", hint=hint)
     return [one for one in questions() if one.risk <= risk and (not only or one.id in only)]
 
@@ -128,7 +138,9 @@ def _check_date(text: str) -> None:
         try:
             calendar.fromisoformat(text)
         except ValueError:
-            raise InputError(f"--date {text!r:.40} is none", hint="write 2030-12-31") from None
+            raise InputError(
+                f"--date {text!r:.40} is not a date", hint="write 2030-12-31"
+            ) from None
 
 
 def _list(asked: list[Question]) -> None:

@@ -1,4 +1,4 @@
-"""`rcx prove`: what holds of a program in every run, and runs that break what does not."""
+"""`rcx prove`: prove properties of a program, or find runs that break them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,24 @@ from rich.table import Table
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
-from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
+from rcx_harness.cli.options import (
+    Dialect,
+    Lib,
+    Replace,
+    Sources,
+    counted,
+    duration_us,
+    replacements,
+)
 from structured_text.errors import InputError
+from structured_text.language.dialects import using
 
 __all__ = ["prove"]
 
 if TYPE_CHECKING:
     from structured_text.prove.user import Result
 
-#: Columns where it is no terminal that is printed to.
+#: Width of the output [columns] if it is not a terminal.
 _WIDE = 200
 #: Results that do not cause exit code 1.
 _GOOD = ("proved", "noted")
@@ -34,28 +43,29 @@ def prove(
     files: Sources,
     lib: Lib = None,
     replace: Replace = None,
+    dialect: Dialect = None,
     limit: Annotated[str, typer.Option(help="Time for each property.")] = "60s",
     scan: Annotated[
-        str, typer.Option(help="Period of the PLC in the runs that are found.")
+        str, typer.Option(help="Scan period in the runs that break a property.")
     ] = "10ms",
     out: Annotated[
-        Path, typer.Option(help="Folder for the stimulus files and charts of these runs.")
+        Path, typer.Option(help="Folder for the stimulus files and charts of such runs.")
     ] = Path("out/prove"),
     overflow: Annotated[
-        bool, typer.Option("--overflow", help="Arithmetic has to stay in its type, too.")
+        bool, typer.Option("--overflow", help="Also require that arithmetic stays within its type.")
     ] = False,
     no_robot: Annotated[
-        bool, typer.Option("--no-robot", help="The program alone: no areas, no controller.")
+        bool, typer.Option("--no-robot", help="Check the program alone: no areas, no controller.")
     ] = False,
     robot: Annotated[
         list[Path] | None,
-        typer.Option(help="Not taken: a proof holds for every answer of the robot."),
+        typer.Option(help="Not allowed: a proof holds for every answer of the robot."),
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Prove a program: in every run, with every answer of the robot and every input.
+    """Prove properties of a program for every run, every answer of the robot and every input.
 
-    Arithmetic that may leave its type is noted.
+    Arithmetic that may exceed the range of its type is noted.
 
     Exit code: 0 if all is proved or noted, 1 if anything is refuted or unknown, 2 on bad input.
     """
@@ -70,7 +80,8 @@ def prove(
         if not value:
             raise InputError(f"{option} of 0 s is too short", hint=f"use {option} 10ms or longer")
     replaced = replacements(replace)
-    written = JsonOutput(json_file, _BEGINNING, source_files(list(files), lib, replaced).all)
+    sources = source_files(list(files), lib, replaced, dialect)
+    written = JsonOutput(json_file, _BEGINNING, sources.all)
     try:
         from rcx_harness.verify.prove.user import Settings
         from rcx_harness.verify.prove.user import prove as prove_program
@@ -97,7 +108,8 @@ def prove(
             lib=lib,
             replace=replaced,
         )
-        results, inputs = prove_program(files, settings)
+        with using(dialect):
+            results, inputs = prove_program(files, settings)
     with written.apart():
         _print(results, [*inputs, *([] if no_robot else ["and the robot"])])
     rows = json.dumps([asdict(one) for one in results], indent=1)

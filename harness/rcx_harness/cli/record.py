@@ -26,16 +26,16 @@ _RIGHTS = "Linux: root, or the group wireshark; macOS: ChmodBPF; Windows: Npcap"
 
 
 def record(
-    file: Annotated[Path, typer.Argument(help="Where to write the capture, NAME.pcapng.")],
+    file: Annotated[Path, typer.Argument(help="File to write, NAME.pcapng.")],
     interface: Annotated[
-        str, typer.Option(help="Network interface, e.g. eth0; a mirror port's, as a rule.")
+        str, typer.Option(help="Network interface, e.g. eth0; usually connected to a mirror port.")
     ] = "",
     host: Annotated[
         list[str] | None,
-        typer.Option(help="Only traffic of this address; may be repeated. Default: of all."),
+        typer.Option(help="Capture only this address; may be repeated. Default: all addresses."),
     ] = None,
     duration: Annotated[
-        str | None, typer.Option("--for", help="How long. Default: until Ctrl-C.")
+        str | None, typer.Option("--for", help="Time to record. Default: until Ctrl-C.")
     ] = None,
     port: Annotated[int, typer.Option(help="TCP port of explicit messages.")] = PORT,
     io_port: Annotated[int, typer.Option(help="UDP port of cyclic I/O.")] = IO_PORT,
@@ -43,9 +43,10 @@ def record(
     """Capture the traffic between a PLC and its controllers; nothing is sent.
 
     It starts dumpcap or tshark, which come with Wireshark and have the rights to capture. Begin
-    before the PLC connects: what was agreed is in the first packets. Then: rcx judge NAME.pcapng.
+    before the PLC connects: the first packets contain the parameters of the connection.
+    Then run rcx judge NAME.pcapng.
 
-    Exit code: 0, or 2 where nothing can be captured.
+    Exit code: 0, or 2 if nothing can be captured.
     """
     for name, number in (("--port", port), ("--io-port", io_port)):
         check_port(name, number)
@@ -53,12 +54,12 @@ def record(
         check_ipv4("--host", one)
     seconds = 0 if duration is None else duration_us("--for", duration) / 1e6
     if os.path.lexists(file):
-        raise InputError("is there already", file=file, hint="name another file")
+        raise InputError("already exists", file=file, hint="name another file")
     if file.suffix.lower() != ".pcapng":
-        raise InputError("has to end with .pcapng", file=file)
+        raise InputError("must end with .pcapng", file=file)
     tool = next(filter(None, map(shutil.which, _TOOLS)), None)
     if tool is None:
-        raise InputError("neither dumpcap nor tshark is found", hint=_INSTALL)
+        raise InputError("neither dumpcap nor tshark was found", hint=_INSTALL)
     if not interface:
         text = f"--interface is missing; there are: {', '.join(_interfaces(tool))}"
         raise InputError(text, hint=_RIGHTS)

@@ -51,14 +51,14 @@ def _findings(file: Path) -> Iterator[tuple[InputError, bool]]:
     for source in content.programs:
         yield from _of_program(file, source.text, source.offset, names)
     for text in content.passed_over:
-        yield InputError(f"passed over: {text}", file=file), False
+        yield InputError(f"skipped: {text}", file=file), False
 
 
 def _of_program(
     file: Path, text: str, offset: int, names: Sequence[str]
 ) -> Iterator[tuple[InputError, bool]]:
     if not text.strip():
-        yield InputError("it has no statement", file=file, line=offset + 1), True
+        yield InputError("the program has no statement", file=file, line=offset + 1), True
         return
     program, errors = read_program(text)
     if program is not None:

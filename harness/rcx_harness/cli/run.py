@@ -70,7 +70,7 @@ _REPORT_S = 0.25
 _SLICES = 400
 #: Errors of blocks that are shown.
 _MOST_ERRORS = 5
-#: Default time-out in real time: the longer of so many intervals and of this time.
+#: Default time-out in real time: this many packet intervals, but at least this time.
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 #: Shorter work is not reported [s of real time].
 _PATIENCE_S = 2.0
@@ -91,7 +91,8 @@ class RunOptions(CellOptions):
     ] = False
     duration: Annotated[str, typer.Option("--for", help="Virtual time to run.")] = "5s"
     realtime: Annotated[
-        bool, typer.Option("--realtime", help="With --link enip: cyclic I/O, at the clock's pace.")
+        bool,
+        typer.Option("--realtime", help="With --link enip: run in real time, with cyclic I/O."),
     ] = False
     panel: Annotated[
         int | None,
@@ -102,10 +103,13 @@ class RunOptions(CellOptions):
     ] = None
     connect: Annotated[
         str | None,
-        typer.Option(help="Drive a controller that runs elsewhere, in real time: HOST[:PORT]."),
+        typer.Option(help="Drive an external controller in real time: HOST[:PORT]."),
     ] = None
     yes: Annotated[
-        bool, typer.Option("--yes", help="With --connect: a robot may move, the cell is clear.")
+        bool,
+        typer.Option(
+            "--yes", help="With --connect: confirm that the cell is clear; a robot may move."
+        ),
     ] = False
     input_instance: Annotated[
         int, typer.Option(help="With --connect: assembly from the controller.")
@@ -117,28 +121,33 @@ class RunOptions(CellOptions):
         str, typer.Option(help="With --connect: configuration instance, a number or none.")
     ] = "none"
     config_data: Annotated[
-        str, typer.Option(help="With --connect: data for it, in hexadecimal.")
+        str,
+        typer.Option(help="With --connect: data for the configuration instance, in hexadecimal."),
     ] = ""
     address: Annotated[
-        str, typer.Option("--from", help="With --connect: address of this machine to work from.")
+        str, typer.Option("--from", help="With --connect: local address for the connection.")
     ] = ""
-    stimulus: Annotated[Path | None, typer.Option(help="What happens when (TOML).")] = None
+    stimulus: Annotated[
+        Path | None, typer.Option(help="Stimulus: inputs and events at given times (TOML).")
+    ] = None
     properties: Annotated[
         list[Path] | None,
-        typer.Option(help="What has to hold, as of rcx campaign: .toml, .py; repeatable."),
+        typer.Option(help="Required properties, as in rcx campaign: .toml, .py; repeatable."),
     ] = None
-    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.", min=0, max=2**63 - 1)] = 0
+    seed: Annotated[int, typer.Option(help="Seed of the random numbers.", min=0, max=2**63 - 1)] = 0
     trace: Annotated[Path | None, typer.Option(help="Write the trace (JSON lines).")] = None
     chart: Annotated[Path | None, typer.Option(help="Write the timing chart (SVG).")] = None
     vcd: Annotated[Path | None, typer.Option(help="Write a wave file (VCD).")] = None
     view: Annotated[
-        Path | None, typer.Option(help="Write a page to look at in a browser (HTML), as rcx view.")
+        Path | None, typer.Option(help="Write a page for a browser (HTML), as rcx view does.")
     ] = None
     watch: Annotated[
         list[str] | None,
         typer.Option(help="Variables to show, e.g. Main.Step,Main.Hmi.*; may be repeated."),
     ] = None
-    positions: Annotated[str, typer.Option(help="Show where the robot is: in pulses, or mm.")] = ""
+    positions: Annotated[
+        str, typer.Option(help="Show the position of the robot in pulses or mm.")
+    ] = ""
     scale: Annotated[
         str,
         typer.Option(help="Time axis of the charts: events, time (to scale), or a line, as 500ms."),
@@ -147,17 +156,23 @@ class RunOptions(CellOptions):
         bool, typer.Option("--show/--no-show", help="Print the timing chart at the end.")
     ] = False
     coverage: Annotated[
-        bool, typer.Option("--coverage", help="Count which statements and branches run, and MC/DC.")
+        bool,
+        typer.Option("--coverage", help="Measure the coverage of statements, branches and MC/DC."),
     ] = False
     coverage_out: Annotated[
-        Path | None, typer.Option(help="Folder of the coverage's report. Default: out/coverage.")
+        Path | None, typer.Option(help="Folder of the coverage report. Default: out/coverage.")
     ] = None
     coverage_library: Annotated[
-        bool, typer.Option("--coverage-library", help="Coverage of the library's blocks, too.")
+        bool,
+        typer.Option(
+            "--coverage-library", help="Also measure the coverage of the library's blocks."
+        ),
     ] = False
     cover_fail_under: Annotated[
         str | None,
-        typer.Option(help="Exit code 1 where less of statements and branches is covered [%]."),
+        typer.Option(
+            help="Exit code 1 if a smaller share of statements and branches is covered [%]."
+        ),
     ] = None
 
     @property
@@ -167,7 +182,7 @@ class RunOptions(CellOptions):
 
     @property
     def live(self) -> bool:
-        """At the pace of the clock, over a network that has jitter of its own."""
+        """In real time, over a network with its own jitter."""
         return self.realtime or self.connect is not None
 
     def where(self) -> Elsewhere | None:
@@ -238,7 +253,8 @@ class RunOptions(CellOptions):
             raise InputError("only a real network runs in real time", hint="add --link enip")
         if parse_us(self.jitter):
             raise InputError(
-                "in real time the jitter is what it is", hint="leave --jitter or --realtime out"
+                "--jitter is for virtual time: in real time the operating system decides",
+                hint="leave --jitter or --realtime out",
             )
         return "enip-realtime"  # of --connect the link is another, whatever is said here
 
@@ -258,7 +274,7 @@ class _Outcome:
     notice: str
     timeline: Timeline
     ever_connected: bool
-    silence: str  # of a controller elsewhere, from which nothing has come: why
+    silence: str  # why an external controller has sent nothing
     coverage: Outcome | None
 
 
@@ -266,12 +282,12 @@ class _Outcome:
 def run(options: RunOptions) -> None:
     """Run a program in a virtual cell.
 
-    With --no-robot it runs alone, and needs no areas.
-    With --connect the controller is another one: rcx serve, or a real one. Ctrl-C ends the run;
-    zeros go out before the connection is closed.
+    With --no-robot the program runs alone and needs no areas. With --connect it drives an external
+    controller: rcx serve, or a real one. Ctrl-C ends the run; zeros are sent before the connection
+    is closed.
 
-    Exit code: 0 without a violation, 1 with violations, with a robot program that an error has
-    stopped, or with too little coverage, 2 on bad input, and with --connect if no packet came from
+    Exit code: 0 without a violation; 1 with violations, with a robot program that an error has
+    stopped, or with too little coverage; 2 on bad input, and with --connect if no packet came from
     the controller.
     """
     collector = _collector(options)
@@ -337,7 +353,10 @@ def _run(
     if not end_us:
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
     line_us = options.line_us
-    files = source_files(list(options.files), options.lib, replacements(options.replace))
+    replaced = replacements(options.replace)
+    files = source_files(
+        list(options.files), options.lib, replaced, options.dialect, options.device
+    )
     check_outputs(options.outputs, files, *several(options.robot), options.stimulus)
     kind: type[stimuli.Stimulus] = no_robot.Stimulus if options.no_robot else Stimulus
     stimulus = kind.load(options.stimulus) if options.stimulus is not None else None
@@ -435,7 +454,7 @@ class _Safe:
             self._ever = bool(record.si[_SI_00] & 1)
 
     def told(self, cell: Bench, files: SourceFiles, options: RunOptions) -> str:
-        """Say what has to be set so that the robot leaves its emergency stop; empty if it did."""
+        """Return a hint how the robot leaves its emergency stop; empty if it has left it."""
         names = [] if self._ever else safety_inputs(*files.users)
         left = [name for name in names if cell[name] is False]
         if not left:
@@ -465,11 +484,11 @@ def _check_panel(options: RunOptions) -> None:
         return
     check_port("--panel", options.panel or 1)
     if options.connect is not None:
-        hint = "leave --connect out: a page in a browser is no panel of a robot that may be real"
+        hint = "leave --connect out: a page in a browser must not operate a robot that may be real"
         raise InputError("--panel is for a virtual controller", hint=hint)
     if not options.realtime:
         raise InputError(
-            "--panel needs the pace of the clock", hint="add --link enip --realtime, and --for 10m"
+            "--panel needs a run in real time", hint="add --link enip --realtime, and --for 10m"
         )
 
 

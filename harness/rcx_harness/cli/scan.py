@@ -27,13 +27,14 @@ def scan(
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     duration: Annotated[
-        str, typer.Option("--for", help="How long to print changes; 0s for one look.")
+        str, typer.Option("--for", help="Time to print changes; 0s: print the areas once.")
     ] = "5s",
     input_only: Annotated[
-        bool, typer.Option("--input-only", help="Read only, whoever is the master. The default.")
+        bool,
+        typer.Option("--input-only", help="Read only, with or without another master (default)."),
     ] = False,
     listen_only: Annotated[
-        bool, typer.Option("--listen-only", help="Read along with another connection.")
+        bool, typer.Option("--listen-only", help="Listen to an existing connection (listen only).")
     ] = False,
     write: Annotated[
         list[str] | None,
@@ -51,26 +52,24 @@ def scan(
         str, typer.Option(help="Data for the configuration instance, in hexadecimal.")
     ] = "",
     input_size: Annotated[
-        int | None, typer.Option(help="Bytes from another adapter, shown as bytes.")
+        int | None, typer.Option(help="Number of bytes from an adapter of another kind.")
     ] = None,
     output_size: Annotated[
-        int | None, typer.Option(help="Bytes to another adapter; written as --write 3=0x12.")
+        int | None,
+        typer.Option(help="Number of bytes to an adapter of another kind; write --write 3=0x12."),
     ] = None,
     input_instance: Annotated[int, typer.Option(help="Assembly from the adapter.")] = 100,
     output_instance: Annotated[int, typer.Option(help="Assembly to the adapter.")] = 150,
     trace: Annotated[
-        Path | None, typer.Option(help="Write what is seen as a trace (JSON lines).")
+        Path | None, typer.Option(help="Write the observed areas as a trace (JSON lines).")
     ] = None,
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
-    address: Annotated[
-        str, typer.Option("--from", help="Address of this machine to work from.")
-    ] = "",
+    address: Annotated[str, typer.Option("--from", help="Local address for the connection.")] = "",
 ) -> None:
     """Open a cyclic connection as a PLC does, and print identity, both areas and every change.
 
-    Without --write nothing is written: the connection carries no data to the robot. With
-    --write the scan is the robot's master for its time; when it ends, the robot has lost its
-    master.
+    Without --write the connection carries no data to the robot. With --write this command is the
+    master of the robot; when it ends, the robot has lost its master.
 
     Exit code: 0, 1 if the connection was lost on the way, 2 if there was none.
     """
@@ -80,7 +79,7 @@ def scan(
     check_port("--port", port)
     check_outputs({"trace": trace}, None)
     if heartbeat is not None and not 1 <= heartbeat <= 0xFFFF:
-        hint = "they are 1 to 65535"
+        hint = "use 1 to 65535"
         raise InputError(f"--heartbeat {heartbeat} is not a connection point", hint=hint)
     if address:
         check_ipv4("--from", address)

@@ -34,7 +34,7 @@ def serve(
     ] = None,
     robot: Annotated[
         list[Path] | None,
-        typer.Option(help="Properties of the robot (TOML): one for all, or one per address."),
+        typer.Option(help="Robot file (TOML): one for all, or one per address."),
     ] = None,
     size: Annotated[
         int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
@@ -45,7 +45,9 @@ def serve(
     rpi_min: Annotated[
         str, typer.Option(help="Smallest packet interval that is accepted, from 1ms.")
     ] = "2ms",
-    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.", min=0, max=2**63 - 1)] = 0,
+    seed: Annotated[
+        int, typer.Option(help="Seed of the random numbers.", min=0, max=2**63 - 1)
+    ] = 0,
     product_code: Annotated[int, typer.Option(help="Product code of the identity.")] = 5,
     revision: Annotated[str, typer.Option(help="Revision of the identity.")] = "1.1",
     port: Annotated[int, typer.Option(help="TCP and UDP port of explicit messages.")] = PORT,
@@ -55,9 +57,9 @@ def serve(
     ] = "10s",
     trace: Annotated[
         list[Path] | None,
-        typer.Option(help="Write what a controller sees (JSON lines); once for each address."),
+        typer.Option(help="Write the trace of a controller (JSON lines); once for each address."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say only what goes wrong.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print errors only.")] = False,
 ) -> None:
     """Serve virtual controllers over EtherNet/IP in real time, for a real PLC.
 
@@ -110,7 +112,7 @@ def _addresses(texts: Sequence[str]) -> list[str]:
             raise InputError(f"{text!r} is not an IPv4 address", hint=hint) from None
     twice = [text for text in texts if texts.count(text) > 1]
     if twice:
-        hint = "127.0.0.2, 127.0.0.3 ... are this computer's, too"
+        hint = "use 127.0.0.2, 127.0.0.3 ...: they also belong to this computer"
         raise InputError(f"each controller needs its own address, not {twice[0]} twice", hint=hint)
     return list(texts)
 
@@ -119,7 +121,8 @@ def _check_clashes(addresses: Sequence[str], port: int, io_port: int, web: int |
     """Refuse ports that would take each other's place."""
     if port == io_port:
         raise InputError(
-            f"--port and --io-port are both {port}", hint="explicit and cyclic messages need two"
+            f"--port and --io-port are both {port}",
+            hint="use different ports for explicit and cyclic messages",
         )
     if web == port and _WEB_HOST in addresses:
         hint = "give the page another"
@@ -129,7 +132,7 @@ def _check_clashes(addresses: Sequence[str], port: int, io_port: int, web: int |
 def _robots(files: Sequence[Path], controllers: int) -> list[str]:
     if len(files) > 1 and len(files) != controllers:
         raise InputError(
-            f"{len(files)} robot files for {controllers} addresses",
+            f"{len(files)} robot files are given for {controllers} addresses",
             hint="give one for all, or one per address in their order",
         )
     return [str(file) for file in files] or [""]
@@ -138,7 +141,7 @@ def _robots(files: Sequence[Path], controllers: int) -> list[str]:
 def _traces(files: Sequence[Path], controllers: int, robots: Sequence[Path]) -> list[str]:
     if files and len(files) != controllers:
         hint = "give one per address, in their order"
-        raise InputError(f"{len(files)} traces for {controllers} addresses", hint=hint)
+        raise InputError(f"{len(files)} traces are given for {controllers} addresses", hint=hint)
     for number, file in enumerate(files):
         check_outputs({"trace": file}, None, *robots, *files[:number])
     return [str(file) for file in files] or [""] * controllers

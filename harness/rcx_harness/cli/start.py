@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-import sys  # more here would take time in which Ctrl-C shows where the imports are
+import sys  # few imports: Ctrl-C during them would show a traceback
 
 __all__ = ["INTERRUPTED", "main"]
 
@@ -32,7 +32,7 @@ def main() -> int:
     import signal
 
     if code == INTERRUPTED:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second Ctrl-C changes nothing
         if came:
             return 128 + came[0]
         print("rcx: interrupted", file=sys.stderr)
@@ -47,7 +47,7 @@ def _run() -> int:
 
     streams.prepare()
     try:
-        gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
+        gc.disable()  # the imported objects stay: a collection would take a tenth of the start
         try:
             from structured_text.output.console import spare_no_character
 

@@ -31,19 +31,21 @@ _AFTER_US = 1_000_000
 class SweepOptions(VerifyOptions):
     """The options of `rcx sweep`."""
 
-    stimulus: Annotated[Path | None, typer.Option(help="The good run (TOML).")] = None
+    stimulus: Annotated[Path | None, typer.Option(help="Stimulus of the good run (TOML).")] = None
     inject: Annotated[
         str,
         typer.Option(
-            help="What is injected, with commas: events as of a stimulus (at each controller; "
-            "link_down@2 at one), inputs as Main.CellSafe=false."
+            help=(
+                "Faults to inject, separated by commas: events as in a stimulus (at each "
+                "controller; link_down@2 at the second), inputs as Main.CellSafe=false."
+            )
         ),
     ] = "emergency_stop,link_down,power_cycle"
-    hold: Annotated[str, typer.Option(help="How long what lasts is held.")] = "500ms"
+    hold: Annotated[str, typer.Option(help="Duration of faults that last.")] = "500ms"
     duration: Annotated[
         str | None, typer.Option("--for", help="Length of the good run. Default: its last entry.")
     ] = None
-    every: Annotated[int, typer.Option(help="Only at every so manyth scan.", min=1)] = 1
+    every: Annotated[int, typer.Option(help="Inject at every N-th scan only.", min=1)] = 1
     seed: Annotated[int, typer.Option(help="Seed of the good run.", min=0, max=2**63 - 1)] = 0
     out: Annotated[Path, typer.Option(help="Folder for results and replays.")] = Path("out/sweep")
     json_file: JsonFile = None
@@ -51,11 +53,11 @@ class SweepOptions(VerifyOptions):
 
 @with_options(SweepOptions)
 def sweep(options: SweepOptions) -> None:
-    """Inject faults at every scan of a good run: from which moments does the cell not recover?
+    """Inject a fault at every scan of a good run, and report when the cell does not recover.
 
-    Judged as rcx campaign does, by what --properties demands. Of each class the first moment is
-    written as a stimulus of rcx run, with its chart. Ctrl-C keeps what is done; the same call goes
-    on.
+    Runs are judged as in rcx campaign, by the rules and by --properties. The first moment of each
+    class is written as a stimulus of rcx run, with its chart. Ctrl-C keeps the finished runs; the
+    same call continues.
 
     Exit code: 0 if the cell recovers from all moments, 1 if not, 2 on bad input.
     """
@@ -72,7 +74,7 @@ def sweep(options: SweepOptions) -> None:
 
 
 def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
-    """Sweep and print what fails; as JSON, and whether anything does."""
+    """Sweep and print the failures; return them as JSON, and whether there are any."""
     of = options.cells(stimulus)
     cells = of.make()
     cell = cells.cell(options.seed)

@@ -25,21 +25,23 @@ def view(
     file: Annotated[Path, typer.Argument(help="A trace (jsonl) or a capture (pcapng, pcap).")],
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Where to write the page. Default: beside it, NAME.html."),
+        typer.Option("--out", "-o", help="File to write. Default: NAME.html beside the recording."),
     ] = None,
     opened: Annotated[bool, typer.Option("--open", help="Open it in the browser.")] = False,
     controller: Annotated[
         list[str] | None,
-        typer.Option(help="Of a capture: only this controller, by its address; may be repeated."),
+        typer.Option(
+            help="In a capture: show only this controller, by its address; may be repeated."
+        ),
     ] = None,
 ) -> None:
     """Write a recording as one page of HTML, which works without a network.
 
-    Time to scale with zoom and pan, two cursors, commands in plain words, signals, variables,
-    positions, broken rules with their section, search.
+    The page has a time axis to scale with zoom, pan and two cursors. It shows commands in plain
+    words, signals, variables, positions and broken rules with their section, and has a search.
 
-    Exit code: 0, or 2 on bad input, also where the file is cut off: what comes before that is in
-    the page.
+    Exit code: 0, or 2 on bad input. A truncated file is bad input, too; the page shows the part
+    before its end.
     """
     page = file.parent / f"{file.stem}.html" if out is None else out
     check_outputs({"view": page}, None, file)

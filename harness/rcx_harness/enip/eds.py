@@ -35,7 +35,7 @@ def eds_text(
     check_size(size)
     least_us = (options or AdapterOptions()).rpi_min_us
     values = asdict(identity or Identity())
-    values["device_type"] = f"{values['device_type']};"  # with what aligns the comment behind it
+    values["device_type"] = f"{values['device_type']};"  # aligns the comment after it
     return _SHEET.read_text(encoding="ascii").format(
         **values,
         intervals=f"{least_us},{RPI_MAX_US},{max(_USUAL_RPI_US, least_us)},",

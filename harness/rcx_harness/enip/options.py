@@ -24,7 +24,7 @@ KINDS = {
     3: ConnectionKind.INPUT_ONLY,
     4: ConnectionKind.LISTEN_ONLY,
 }
-#: Configuration instances that a connection may name; it may also name none.
+#: Configuration instances that a connection may name; naming one is optional.
 CONFIGURATIONS = (1, 5, 151)
 #: Largest accepted packet interval [us], as of the RCX3's predecessor.
 RPI_MAX_US = 3_200_000
@@ -88,10 +88,10 @@ class AdapterOptions:
             least, greatest = format_us(self.rpi_min_us), format_us(RPI_MAX_US)
             raise InputError(
                 f"packet intervals of {least} to {greatest} cannot be served",
-                hint="the smallest must be at least 1 ms and not above the greatest",
+                hint="choose a smallest interval of at least 1 ms, not above the greatest",
             )
         if not FIRST_PACKET_US <= self.first_packet_us <= LONGEST_TIMEOUT_US:
             shown = format_us(self.first_packet_us)
             raise InputError(
-                f"the first packet cannot be waited for {shown}", hint="it can be 10s to 610h"
+                f"the time to wait for the first packet cannot be {shown}", hint="use 10s to 610h"
             )

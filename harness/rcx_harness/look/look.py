@@ -92,7 +92,7 @@ def output_image(writes: Sequence[str], size: int) -> bytes:
         at, bit, width = _place(name.strip(), size)
         longest = 1 if bit is not None else 8 * width
         if value >> longest:
-            hint = f"it takes 0 to {(1 << longest) - 1}"
+            hint = f"use 0 to {(1 << longest) - 1}"
             raise InputError(f"{value} does not fit {name.strip()}", hint=hint)
         if bit is not None:
             image[at] = image[at] & ~(1 << bit) | value << bit
@@ -258,7 +258,7 @@ def _watch(
         image = received.image
         seen.take(round(passed * 1e6), image)
         if not received.connected:
-            reason = scanner.failure or "no packets come any more"
+            reason = scanner.failure or "no packets arrive any more"
             tell(f"  {passed:7.3f} s  the connection is lost: {reason}")
             return False
         time.sleep(_LOOK_S)
@@ -284,7 +284,7 @@ def _place(name: str, size: int) -> tuple[int, int | None, int]:
     """Return byte, bit and width in bytes of an input."""
     if size not in AREA_SIZES:
         if not name.isdecimal() or len(name) > _DIGITS or int(name) >= size:
-            raise InputError(f"{name:.40} is none of the {size} bytes", hint=_WRITE_BYTES)
+            raise InputError(f"{name:.40} is not one of the {size} bytes", hint=_WRITE_BYTES)
         return int(name), None, 1
     inputs = spec.signals().input
     for signal in inputs:
@@ -294,7 +294,7 @@ def _place(name: str, size: int) -> tuple[int, int | None, int]:
         return 2 * int(name.strip(" )")[-1]), None, 2
     try:
         place = port(name)
-    except InputError:  # it speaks of what a robot program may write: outputs
+    except InputError:  # its message is about outputs, which a robot program may write
         place = None
     if place is None or place.output or place.bank:
         hint = _WORDS_HINT if name.upper().startswith(("SIW", "SID")) else _WRITE

@@ -1,4 +1,4 @@
-"""A file with a recording, of whatever kind, as a page (`rcx view`)."""
+"""A recording (trace or capture) as a page (`rcx view`)."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def view_file(
             if result.capture is not None:
                 cut = result.capture.trouble("taken")
         if not followed.exists():
-            raise cut or InputError("there is no area of a controller in it", file=file)
+            raise cut or InputError("contains no area of a controller", file=file)
         if not is_capture(file) and _OWN & (own := read_trace(file))[0].keys():
             rules = (one for one in read_trace(followed)[1] if isinstance(one, Violation))
             moves = (one for one in own[1] if not isinstance(one, Violation))
@@ -85,5 +85,5 @@ def _view(
     except InputError as error:
         raise InputError(error.message, file=file, line=error.line, hint=error.hint) from None
     if view.is_empty:
-        raise cut or InputError("there is no scan and no cycle in it", file=file)
+        raise cut or InputError("contains no scan and no cycle", file=file)
     return Seen(view.page(file.name), view.broken, cut)

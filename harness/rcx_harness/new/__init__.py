@@ -80,7 +80,7 @@ def _points(model: RobotModel) -> list[list[int]]:
 
 
 def _robot(name: str | None) -> dict[str, str]:
-    """Return what the template has for a model; without a model it has axes of its own."""
+    """Return the robot file's part for a model; without a model it defines its own axes."""
     if name is None:
         return {"@ROBOT@": ""} | {f"@POINT{k}@": str(at) for k, at in enumerate(_PLACES, 1)}
     models = robot_models()

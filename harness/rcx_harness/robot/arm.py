@@ -173,18 +173,18 @@ class Arm:
 
     @property
     def frame(self) -> Frame:
-        """Return its coordinates with the selected shift and hand, and the current arm."""
+        """Return the robot's coordinates with the selected shift and hand, and the current arm."""
         return self.frame_with(self.hand_system)
 
     def frame_with(self, hand_system: int) -> Frame:
-        """Return its coordinates with the arm in a hand system: 1 right-handed, 2 left-handed."""
+        """Return the coordinates with the arm in a hand system: 1 right-handed, 2 left-handed."""
         hand = self._memory.hand(self.number, self.settings.hand)
         tool = hand.data[:3]
         kinematics: Kinematics = CARTESIAN
         if self.model and self.model.scara:
             arm1, arm2 = (1000 * arm for arm in self.model.arms)
             offset = 0.0
-            if not hand.on_r_axis:  # a hand beside the R axis makes another arm 2 (guide, 4.3.5)
+            if not hand.on_r_axis:  # a hand that is not on the R axis changes arm 2 (guide, 4.3.5)
                 offset = 1000 * tool[0] / self.axes[1].pulses_per_mm
                 arm2, tool = arm2 + tool[1], (0, 0, tool[2])
             kinematics = Scara(arm1, arm2, offset, left=hand_system == _LEFT)
@@ -274,7 +274,7 @@ class Arm:
         return {place: end for place, end in ends if place in ways or end != start[place]}
 
     def shown(self, *, mm: bool) -> tuple[int, ...]:
-        """Return its position as in a response: six axes in pulses or 0.001 mm.
+        """Return the robot's position as in a response: six axes in pulses or 0.001 mm.
 
         Axes that the robot does not have are 0, as in the guide's examples.
         """

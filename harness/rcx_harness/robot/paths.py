@@ -501,7 +501,7 @@ def _keep_hand(
 
 
 def _leaves(values: Sequence[float], low: int, high: int) -> bool:
-    """Return whether the way goes beyond the soft limits; a way back from there is allowed."""
+    """Return whether the path exceeds the soft limits; a path back into them is allowed."""
     start, *_, end = (round(value) for value in values)
     far = round(min(values)) < min(low, start) or round(max(values)) > max(high, start)
     return far or not low <= end <= high

@@ -51,7 +51,7 @@ VARIABLES = 32
 FIRST_REAL = 256
 #: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
 ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
-#: Values as delivered; the manual gives none.
+#: Factory values are assumed: the manual does not give them.
 PARAMETER_DEFAULTS = {
     "WEIGHTG": 0,
     "ACCEL": 100,
@@ -83,7 +83,7 @@ QUANTITIES_OF_AXIS = (
 )
 _OF_SYSTEM = ("power_on_count", "motor_power_on_count", "operating_time")
 HIGH_WORD = ".high"
-#: All of them; with `.high` the upper of two words, for values beyond 16 bits.
+#: All items; the suffix `.high` means the upper word of a value with two words.
 QUANTITIES = tuple(
     name + half for name in (*QUANTITIES_OF_AXIS, *_OF_SYSTEM) for half in ("", HIGH_WORD)
 )
@@ -112,7 +112,7 @@ class Point:
     def of(cls, fields: Mapping[str, Any]) -> Point:
         """Return the point in the fields of a telegram (guide, 4.3.1)."""
         arm1, arm2 = (_TURNS.get(fields[name], 0) for name in ("arm1", "arm2"))
-        hand = fields["hand"] % 3  # 3 is none, as 0
+        hand = fields["hand"] % 3  # 3 means no hand, as 0 does
         return cls(tuple(fields["positions"]), bool(fields["unit"]), hand, arm1, arm2)
 
     @property

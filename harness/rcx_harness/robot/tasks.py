@@ -194,7 +194,7 @@ class RobotTask:
         return self.variables, name
 
     def passed_us(self, now_us: int) -> int:
-        """Return its progress without the time of its stops [us]."""
+        """Return the progress of the task without the time of its stops [us]."""
         return self.elapsed_us + now_us - self.since_us
 
     def go(self, now_us: int, mode: str = RUN) -> None:
@@ -540,7 +540,7 @@ class Programs:
         return min(due, default=None)
 
     def _startable(self) -> list[int]:
-        """Return the places of registered tasks that can start; if none can, of ended tasks."""
+        """Return the places of registered tasks that can start, or else of ended tasks."""
         registered = [place for place, task in enumerate(self.tasks) if task.number]
         waiting = [k for k in registered if self.tasks[k].state in ("stopped", "ready")]
         if waiting or self.busy:
@@ -574,7 +574,7 @@ class Programs:
             for observer in self.observers:
                 observer.ends(task, at, to)
             task.at = at + 1 if to == NEXT else to
-            if task.state != "running":  # by its own SUSPEND or HOLD: it continues behind that line
+            if task.state != "running":  # by its own SUSPEND or HOLD: it continues after that line
                 return
             if task.has_done(at):
                 task.pause(now_us)

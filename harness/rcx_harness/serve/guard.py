@@ -120,14 +120,16 @@ async def _guard(request: web.Request, handler: _Handler) -> web.StreamResponse:
     elif not _has_token(request):
         response = _error(403, _without_token(request))
     elif request.headers.get("Origin", _own_origin(request)) != _own_origin(request):
-        response = _error(403, "only the page itself may do this: the origin is another")
+        response = _error(
+            403, "only the page itself may do this, and this request has another origin"
+        )
     else:
         try:
             response = await handler(request)
         except InputError as error:
             response = _error(400, str(error))
         except web.RequestPayloadError:
-            response = _error(400, "the request does not come whole, or not as it says")
+            response = _error(400, "the request is incomplete, or its headers do not describe it")
         except web.HTTPRequestEntityTooLarge:
             response = _error(400, f"the request is longer than {_LARGEST_REQUEST} bytes")
         except web.HTTPException as error:
@@ -171,9 +173,9 @@ async def read_message(
     """Read the JSON object of a request; raise InputError unless `needed` entries fit."""
     charset = request.charset or "utf-8"
     if charset.lower() not in _CHARSETS:
-        raise InputError(f"the charset {charset[:20]!r} is not taken", hint="send UTF-8")
+        raise InputError(f"the charset {charset[:20]!r} is not accepted", hint="send UTF-8")
     if request.headers.get("Content-Encoding", "identity") != "identity":
-        raise InputError("a packed request is not taken", hint="send it as it is")
+        raise InputError("a compressed request is not accepted", hint="send it uncompressed")
     try:
         message: Any = json.loads(await request.read())
     except (ValueError, RecursionError):

@@ -104,7 +104,7 @@ class Host:
         return self._process.pid if self._process else 0
 
     async def start(self) -> None:
-        """Start its process, and wait until it listens and has sent its first report."""
+        """Start the process, and wait until it listens and has sent its first report."""
         self._process = await asyncio.create_subprocess_exec(
             sys.executable,
             "-m",

@@ -35,7 +35,7 @@ LINK_EVENTS = {
 _NO_ARGUMENTS = {"self", "event"}  # parameters of Controller.inject itself
 _KEPT = 20
 _MOST_CHANGES = 2000
-#: The way is sampled every 4 cycles, that is every 20 ms; a report has those of a second at most.
+#: The path is sampled every 4 cycles (20 ms). A report has at most the samples of a second.
 _WAY_CYCLES, _MOST_WAY = 4, 50
 _SKIPS_MATTER_US = 200_000
 _NO_INPUTS = bytes(4)
@@ -144,11 +144,11 @@ class Station:
         given = args or {}
         if event in LINK_EVENTS:
             if given:
-                raise InputError(f"event {event!r} takes nothing")
+                raise InputError(f"event {event!r} takes no arguments")
             self._cut = event == "link_down"
         elif event not in EVENTS:
             known = ", ".join([*EVENTS, *LINK_EVENTS])
-            raise InputError(f"unknown event {event!r}", hint=f"there are {known}")
+            raise InputError(f"unknown event {event!r}", hint=f"use {known}")
         elif names := _NO_ARGUMENTS & given.keys():
             raise InputError(f"event {event!r} does not take {names.pop()}")
         else:

@@ -53,7 +53,7 @@ class Signal:
 
     @property
     def byte(self) -> int:
-        """Return its byte within the area."""
+        """Return the byte of the signal within the area."""
         return int(self.address[2:])
 
     @property

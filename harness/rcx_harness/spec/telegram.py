@@ -85,12 +85,12 @@ class Field:
         return (by, dict(enumerate(units))) if len(units) > 1 and by else ("", {})
 
     def unit_among(self, values: Mapping[str, FieldValue]) -> str:
-        """Return its unit in a telegram with these `values`, if a selection decides on it."""
+        """Return the field's unit in a telegram with these `values`, if a selection decides it."""
         by, units = self.units_by(values)
         return units.get(cast(int, values[by]), "") if by else self.unit
 
     def read(self, words: Sequence[int]) -> FieldValue:
-        """Return its value in a telegram; numbers as on the wire, without scaling."""
+        """Return the field's value in a telegram; numbers as on the wire, without scaling."""
         if self.type == "bits":
             return (words[self.at // 2] & self.mask) >> self.bits[0]
         raw = b"".join(words[k].to_bytes(2, "little") for k in self.words)
@@ -149,7 +149,7 @@ class Field:
         return ""
 
     def problem(self, values: Mapping[str, FieldValue]) -> str:
-        """Return the error of its value in a telegram with these `values`; empty if none."""
+        """Return the error of the field in a telegram with these `values`, or an empty text."""
         value = values[self.name]
         each = value if isinstance(value, tuple) else (value,)
         if self.values and any(part not in self.values for part in each):

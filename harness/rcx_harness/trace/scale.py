@@ -156,7 +156,7 @@ def _title(lane: Lane) -> str:
 
 
 def _labels(axis: Scale, room: int) -> str:
-    """Return the times above their characters."""
+    """Return the line of time labels, each above the column of its time."""
     line = ""
     for t_us, x in _marks(axis, max(1, axis.right // _APART)):
         label = time_labels([t_us])[0]

@@ -282,7 +282,7 @@ class Follower(Protocol):
         """Reset the memory, because the program starts again."""
 
     def told(self, program: Program) -> str:
-        """Return what is wrong, in words."""
+        """Return the message for the broken property."""
 
     def snapshot(self) -> object:
         """Return the memory of the property."""
@@ -342,7 +342,7 @@ class Followed:
                 one.condition.mark()
 
     def told(self, program: Program) -> str:
-        """Return what is wrong, with the current values of the property's variables."""
+        """Return the message, with the current values of the property's variables."""
         condition = self._that.condition
         what = self.declared.name if condition is None else condition.text
         said = "is not so" if self.declared.within_us is None else "has not come"
@@ -426,7 +426,7 @@ class Judge:
                     robot.machine.ports.accesses.clear()
 
     def _told(self, one: Follower) -> str:
-        """Return what is wrong; for what has not come in time, with what the cell waits for."""
+        """Return the message; after a time-out with the signals that the cell waits for."""
         text = one.told(self._cell.program)
         late = type(one) is Followed and one.declared.within_us is not None
         standing = waits(self._cell) if late and isinstance(self._cell, Cell) else ""

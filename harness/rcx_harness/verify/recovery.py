@@ -198,7 +198,7 @@ def _step(table: Mapping[str, Any], where: str, file: Path) -> RecoveryStep:
         missing = "within" if "until" in table else "until"
         raise InputError(f"{where}: {missing} is missing", file=file)
     if "for" in table and not names:
-        raise InputError(f"{where}: 'for' goes with press", file=file)
+        raise InputError(f"{where}: 'for' can be used only together with press", file=file)
     if not table:
         raise InputError(f"{where} is empty", file=file)
 

@@ -200,7 +200,7 @@ class ContractMonitor:
         self._seen = None
 
     def begin(self) -> None:
-        """Begin after a start of the PLC: an instance in VAR RETAIN still shows what it showed."""
+        """Begin after a start of the PLC: an instance in VAR RETAIN has kept its outputs."""
         pins = iter(self._look())
         for instance in self.instances:
             instance.begin(tuple(islice(pins, len(instance.read))))

@@ -1,4 +1,4 @@
-"""The rules of the wire, checked on the PLC's side of it, scan by scan.
+"""The rules of the wire, checked on the PLC's side, scan by scan.
 
 The controller reports what it receives. This monitor reports what the program has written, so a
 fault is found at its origin, even if the network happens to hide it. It judges only while the PLC's
@@ -40,7 +40,7 @@ def word(area: bytes, offset: int) -> int:
 
 
 class WireMonitor:
-    """A monitor of what a program writes, in relation to what it has read.
+    """Monitor of the areas that a program writes, checked against the areas that it has read.
 
     A command is a handshake over several scans. The data must be there one scan before the code.
     The code may go out only while the status read is 16#0000. Code and data must then stay until an

@@ -65,7 +65,7 @@ class _Candidate:
     files: tuple[Path, ...]
 
     def pins(self, sections: Sequence[str]) -> list[tuple[str, Type]]:
-        """Return its variables of some sections."""
+        """Return the variables of some sections."""
         every = self.pou.symbols.values()
         return [(one.name, one.type) for one in every if one.section in sections]
 
@@ -205,7 +205,7 @@ def _compare(
             try:
                 ours.scan(now)
             except InputError:
-                break  # It ends the run here; C has no rule for it.
+                break  # This error ends the run; C leaves the result undefined.
             for name, value in values.items():
                 theirs.write(f"Main.I{number}_{name}", value)
             theirs.scan(now)

@@ -92,7 +92,7 @@ class Case(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return its name, such as `cyclic_2ms_x4_ordinary_flood`."""
+        """Return the name of the measurement, such as `cyclic_2ms_x4_ordinary_flood`."""
         interval = format_us(self.rpi_us).replace(" ", "")
         many = f"_x{self.controllers}" if self.controllers > 1 else ""
         how = "_ordinary" if self.ordinary else ""

@@ -88,7 +88,7 @@ class Case(NamedTuple):
 
     @property
     def timing(self) -> Timing:
-        """Return the clocks of a cell; the time-out is too long to occur."""
+        """Return the clocks of a cell, with a time-out that never expires."""
         return Timing(self.scan_us, self.rpi_us, 0, 10 * self.rpi_us + 500_000, self.phases)
 
 

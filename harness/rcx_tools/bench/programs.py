@@ -22,7 +22,7 @@ __all__ = ["Measured", "measure", "simulated"]
 _SECONDS, _RUNS, _QUICK_RUNS = 10, 15, 1
 #: The direction of the movement is looked at this often [in 1 s].
 _STEPS_IN_S = 50
-#: A movement of the program may take this part of the CPU time of a commanded one at most.
+#: A movement of a program may take at most this share of a commanded movement's CPU time.
 _MOST = 1.0
 _PLC = """
 PROGRAM Shuttle

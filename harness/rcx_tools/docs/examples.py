@@ -59,7 +59,7 @@ class Example:
 
     @property
     def name(self) -> str:
-        """Return its name, such as `01_power_up`."""
+        """Return the name of the example, such as `01_power_up`."""
         return self.folder.name
 
     @property

@@ -16,13 +16,13 @@ _HEAD = """\
 Written by the harness from `spec/rules.toml`; do not edit.
 The manual is that of the YAMAHA network board EtherNet/IP for RCX340/RCX320, Ver. 1.31.
 
-A rule is of one of four classes: the manual says it, a public source says it, somebody measured it
-at a real controller, or it is assumed, since the manual is silent or open to two readings. What is
-inferred from a name stays assumed. {measured}
+There are four classes of rules: from the manual, from a public source, measured at a real
+controller, or assumed because the manual is silent or ambiguous. A rule that is inferred from a
+name counts as assumed. {measured}
 
-A knob is a key of the robot file (`--robot`); its default is in brackets, delays are in ms, fixed
-or as `[shortest, longest]`.
-An assumed rule without a knob is a simplification of the model.
+A setting is a key of the robot file (`--robot`). Its default is in brackets; delays are in ms,
+either fixed or as `[shortest, longest]`.
+An assumed rule without a setting is a simplification of the model.
 """
 
 _NOTHING_MEASURED = "Nothing here has been measured at a real controller yet."
@@ -33,7 +33,7 @@ _CLASSES = (
     ("manual", "M", "From the manual", "Section"),
     ("public", "P", "From a public source", "Source"),
     ("measured", "R", "Measured at a real controller", "By whom, which firmware"),
-    ("assumed", "A", "Assumed", "Knobs"),
+    ("assumed", "A", "Assumed", "Settings"),
 )
 
 _SECTIONS_HEAD = """\
@@ -57,7 +57,7 @@ def fidelity_page() -> str:
         mine = [rule for rule in rules() if rule.basis == basis]
         if mine:
             both = basis in ("public", "measured")
-            heads = ["#", "Rule", names, *(["Knobs"] if both else [])]
+            heads = ["#", "Rule", names, *(["Settings"] if both else [])]
             lines += [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
             lines += [_row(f"{letter}{n}", rule, defaults) for n, rule in enumerate(mine, 1)]
         else:

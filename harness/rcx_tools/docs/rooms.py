@@ -138,7 +138,7 @@ def _arrow(upper: tuple[int, int], lower: tuple[int, int]) -> str:
     """Return a line from the lower edge of a box to the upper edge of another."""
     (x, y), (to_x, to_y) = upper, lower
     x, to_x, y = x + _WIDTH // 2, to_x + _WIDTH // 2, y + _HEIGHT
-    bend = to_y - (_ROW - _HEIGHT)  # straight down to there, past the rows between
+    bend = to_y - (_ROW - _HEIGHT)  # straight down past the rows in between, then bend
     middle = (bend + to_y) // 2
     path = f"M{x} {y}V{bend}C{x} {middle} {to_x} {middle} {to_x} {to_y}"
     return f'<path class="a" marker-end="url(#t)" d="{path}"/>'

@@ -231,17 +231,16 @@ CHECKS: tuple[Check, ...] = (
         "prove",
         "Proved for every program",
         "proved",
-        "The checked Structured Text of the library, translated for an SMT solver with the "
-        "arithmetic of the machine: each property holds in every scan of any program between "
-        "FB_ReadArea and FB_WriteArea, by induction over one call from any state, for any scan "
-        "time and any pins, as long as the program keeps to what is assumed below. What a "
-        "function with long loops gives is proved of it once (`functions`), and used by the "
-        "others; FB_MoveTable, FB_PickPlace and FB_WorkCycle are asked with the blocks that they "
-        "call doing anything that is proved of those. Bugs put into copies of the library break "
-        "the properties that they should. Of each other property two parts that rest on the "
-        "change are asked for again, and stay proved: those of the changed file, then those that "
-        "rest on the least text; slow ones are "
-        "left out (a list in prove/seeded.py; whole properties are named in out/prove.json).",
+        "The library's Structured Text is translated for an SMT solver, with the arithmetic of "
+        "the machine. Each property holds in every scan of any program between FB_ReadArea and "
+        "FB_WriteArea, for any scan time and any pins, as long as the program meets the "
+        "assumptions below. The proof is an induction over one call from any state. The results "
+        "of functions with long loops are proved once (`functions`); the other proofs use them. "
+        "In the proofs of FB_MoveTable, FB_PickPlace and FB_WorkCycle the inner blocks may do "
+        "anything that is proved of them. Bugs are put into copies of the library, and break "
+        "the properties that they should. For every other property two parts that depend on the "
+        "changed file are proved again; slow parts are left out (prove/seeded.py lists them, and "
+        "out/prove.json names properties that are left out as a whole).",
         (
             ("properties proved", _proved),
             ("goals", _total("goals")),
@@ -256,14 +255,15 @@ CHECKS: tuple[Check, ...] = (
         "explore",
         "Exhaustive exploration",
         "proved",
-        "Small programs of the real compiled blocks, in every state that they can reach, with "
-        "every choice of the environment in each scan: no rule of the wire or of the contract is "
-        "broken, and from every state the channel becomes free once the inputs are quiet. Four "
-        "of them are FB_Interlock at one area, of three robots that come, go and enter, or two "
-        "with losses, intruders and a time limit: never two in it, each in its turn, within 5 "
-        "scans once nobody is in its way; and from every state a robot without a time limit that "
-        "keeps asking is let in when the others leave, one input changing in each scan. "
-        "It is a proof for these programs and this abstraction of time, not for any program.",
+        "Small programs of the real compiled blocks run through every state that they can reach, "
+        "with every choice of the environment in each scan. No rule of the wire or of the "
+        "contract is broken, and from every state the channel becomes free once the inputs are "
+        "quiet. Four of the programs use FB_Interlock for one area: three robots that request, "
+        "enter and leave it, or two robots with losses, intruders and a time limit. There are "
+        "never two robots in the area; they enter in turn, within 5 scans once the area is free. "
+        "From every state a robot that keeps its request without a time limit is let in when the "
+        "others leave, with one changed input per scan. This is a proof for these programs and "
+        "this abstraction of time, not for any program.",
         (
             ("models explored to the end", _models),
             ("states", _number("states")),
@@ -284,12 +284,12 @@ CHECKS: tuple[Check, ...] = (
         "contract",
         "Contract monitor",
         "tested",
-        "Every block with Robot and Execute or Enable, under patterns of these, answers of the "
-        "controller and faults at each scan; in every scan the contract of the block, the "
-        "interval of 100 ms and the handshake are judged. `make test-all` includes all of these "
-        "cases. FB_Operator (keys) and FB_PackMl (commands, acting states) have neither pin, so "
-        "that no pattern fits; nor have blocks without Robot. Of these it is proved above that "
-        "Error is TRUE exactly with an ErrorID; what else they do, their own tests judge.",
+        "Every block with Robot and Execute or Enable runs with patterns of these pins, with "
+        "different answers of the controller, and with faults at each scan. The contract of the "
+        "block, the interval of 100 ms and the handshake are checked in every scan. "
+        "`make test-all` includes all of these cases. FB_Operator (keys), FB_PackMl (commands, "
+        "acting states) and blocks without Robot do not have these pins. For them it is proved "
+        "above that Error is TRUE exactly with an ErrorID; their own tests check the rest.",
         (
             ("cases: block x Execute x answer x moment", _number("instances")),
             ("on a bench, all of these blocks", _number("instances_on_the_bench")),
@@ -306,8 +306,8 @@ CHECKS: tuple[Check, ...] = (
         "coverage",
         "Coverage of the Structured Text",
         "tested",
-        "What the tests execute, counted by the built-in engine. Masking MC/DC is demanded of "
-        "area, core, sequence and FB_RemoteCommand; gaps have a reason in "
+        "The built-in engine counts what the tests execute. Masking MC/DC is required for area, "
+        "core, sequence and FB_RemoteCommand; gaps have a reason in "
         "[conditions.toml](../../tests/tools/evidence/conditions.toml) or in the line itself.",
         (
             ("statements", _share("all", "statements")),
@@ -331,14 +331,14 @@ CHECKS: tuple[Check, ...] = (
         "mutants",
         "Mutation testing",
         "tested",
-        "The library with one small fault at a time, of the kinds that happen in this field; and "
-        "so the virtual controller, the monitors, the built-in engine and the tables in spec/, "
-        "from which plc/lib is then generated anew. A mutant is killed when a test fails. "
-        "Generated command blocks are alike and are sampled, as is all that is not the library "
-        "(`MUTANTS=all` takes all). Survivors and why nothing can tell them: "
+        "The tests run on copies with one small, typical fault each: in the library, the virtual "
+        "controller, the monitors, the built-in engine, and the tables in spec/ from which "
+        "plc/lib is generated. A mutant is killed when a test fails. Generated command blocks are "
+        "alike, so they are sampled, as is everything outside the library (`MUTANTS=all` takes "
+        "all). Survivors, and why no test can find them: "
         "[survivors.toml](../../tests/tools/evidence/survivors.toml), "
         "[survivors_harness.toml](../../tests/tools/evidence/survivors_harness.toml). "
-        "Bugs that were thought of before: [seeded.toml](../../tests/tools/evidence/seeded.toml).",
+        "Bugs that were written by hand: [seeded.toml](../../tests/tools/evidence/seeded.toml).",
         (
             ("mutants", _number("mutants")),
             ("killed", _number("killed")),
@@ -368,8 +368,8 @@ CHECKS: tuple[Check, ...] = (
         "campaign",
         "Fault campaign",
         "tested",
-        "Random long runs with lost, late and doubled packets, scan overruns, power cycles, "
-        "alarms and operators: no rule is broken, no command is executed twice or lost without "
+        "Long random runs contain lost, late and doubled packets, scan overruns, power cycles, "
+        "alarms and operators. No rule is broken, no command is executed twice or lost without "
         "an error, and the cell recovers each time. Every run can be repeated by its seed.",
         (
             ("virtual hours", _number("virtual hours")),

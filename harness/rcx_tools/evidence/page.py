@@ -22,34 +22,34 @@ _HEAD = """\
 
 # What is proved, what is tested, what is assumed
 
-Each figure has a command that anyone can run; `make verification` runs those whose sources have
-changed, and writes this page. All figures in full: `out/verification.json`.
+Each figure has a command that anyone can run. `make verification` runs the commands whose sources
+have changed, and writes this page. The file `out/verification.json` contains all figures.
 """
 
 _MORE = """\
 ## Also tested
 
-- `make test-all`: all tests, the cases of `make contract` and small runs of the other checks among
-  them. Tests bear the manual's sentences as names; [blocks.md](../reference/blocks.md) and
+- `make test-all` runs all tests, including the cases of `make contract` and small runs of the other
+  checks. The names of tests are sentences of the manual; [blocks.md](../reference/blocks.md) and
   [commands.md](../reference/commands.md) lead from each block to its tests and to the manual.
-- The telegrams of all remote commands against the manual's own worked examples.
-- FB_MoveTable with 7 faults, of 1 and of 15 scans, before each scan of a table: whenever a telegram
-  is out, the row that is shown is the row that runs; gone on with, each row is done once and in
-  order: [test_move_table_faults.py](../../tests/motion/test_move_table_faults.py).
-- `make lint`: the Structured Text stays within what every PLC named in the README compiles.
-- `make fuzz`: broken and hostile frames against the EtherNet/IP adapter.
+- The telegrams of all remote commands are compared with the manual's own worked examples.
+- FB_MoveTable runs with 7 faults, of 1 and of 15 scans, before each scan of a table. Whenever a
+  telegram is on the wire, the displayed row is the row that runs. If the table is continued, each
+  row is executed once and in order:(../../tests/motion/test_move_table_faults.py).
+- `make lint` checks that every PLC named in the README can compile the Structured Text.
+- `make fuzz` sends broken and hostile frames to the EtherNet/IP adapter.
 
 ## Assumed
 
 - **No real controller has been connected.** Everything here is about the blocks, and the virtual
   controller that was written from the manual.
 - The virtual controller follows {manual} rules from the manual{others}; {assumed} more
-  are assumed, since the manual is silent or open there: [fidelity.md](fidelity.md) lists them.
-- The PLC takes in and gives out the robot's area as a whole, between two scans, and `Margin` is as
-  large as [scan-model.md](scan-model.md) says.
-- The compiler of the PLC does what the standard says of the portable part of the language that the
-  library keeps to. The checks run on the built-in engine, or on matiec where it is found;
-  the proofs and the campaign compare both.
+  are assumed, since the manual is silent or ambiguous: [fidelity.md](fidelity.md) lists them.
+- The PLC exchanges the robot's area as a whole, between two scans, and `Margin` is as large as
+  [scan-model.md](scan-model.md) requires.
+- The compiler of the PLC follows the standard in the portable part of the language, which the
+  library uses. The checks run on the built-in engine, or on matiec if it is installed; the proofs
+  and the campaign compare both.
 """
 
 #: Descriptions of rules that are neither from the manual nor assumed.

@@ -128,7 +128,7 @@ class Block:
 
     @property
     def file(self) -> str:
-        """Return its path in the repository: in the folder of its category."""
+        """Return the path of the block in the repository: in the folder of its category."""
         folder, _ = CATEGORIES[self.commands[0].category]
         return f"plc/lib/command/{folder}/{self.name}.st"
 

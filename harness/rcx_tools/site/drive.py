@@ -27,13 +27,13 @@ _TOML_PLACE = re.compile(r"\(at line (\d+)")
 _SLICES = 50
 _KEEP = 400_000
 _MOST_RULES = 20
-#: Watched variables: with the pins of blocks, if there are any; none if the program is not Main.
+#: Watched variables, with the pins of blocks; empty if the program is not Main.
 _WATCH = (("Main.*", "Main.*.*"), ("Main.*",), ())
 _POSITIONS = "mm"
 
 
 class Runner:
-    """Runner of one job after the other; it also gives the trace of the last run.
+    """Runs jobs in sequence, and returns the trace of the last run.
 
     Args:
         folder: Folder for the files of a job; its old contents are deleted.
@@ -125,7 +125,7 @@ def _built(programs: Sequence[Path], given: Mapping[str, Any]) -> Cell:
         try:
             return Cell.build(programs, engine="builtin", watch=watch, **given)
         except InputError as error:
-            if not error.message.startswith("no variable is like"):
+            if not error.message.startswith("no variable matches"):
                 raise
     return Cell.build(programs, engine="builtin", watch=least, **given)
 

@@ -56,7 +56,7 @@ def block_jobs() -> dict[str, dict[str, Any]]:
     found = {}
     for name, snippet in snippets().items():
         if snippet.robot != _ROBOT.name:
-            continue  # it has files of its own beside it
+            continue  # it is a folder with several files
         moments = _moments(Stimulus.load(snippet.stimulus_path).entries)
         last = max([START_US, *(t_us for t_us, _ in moments)])
         found[name] = {

@@ -20,7 +20,7 @@ from structured_text.errors import InputError
 __all__ = ["rank", "ranked"]
 
 _BLOCKS = "docs/reference/blocks/"
-#: Order of pages that match equally well, by the beginning of their paths.
+#: Order of pages that match equally well: the first matching prefix of the path counts.
 _ORDER = (
     "docs/reference/errors",
     "docs/reference/signals",
@@ -66,7 +66,7 @@ def ranked(
     kept = [
         _placed(item, tasks)
         for item in index["items"]
-        # A page whose heading has an item of its own would be found twice.
+        # If the heading of a page has its own item, a search would find the page twice.
         if "#" in item["location"] or item["text"] or item["title"] not in named
     ]
     kept.sort(key=lambda item: _tier(item["location"]))

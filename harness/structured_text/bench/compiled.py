@@ -1,4 +1,4 @@
-"""A compiled program that several benches use, one after the other."""
+"""A compiled program that several benches use in sequence."""
 
 from __future__ import annotations
 

@@ -92,8 +92,8 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     Raise InputError if the event does not last.
     """
     if event not in OPPOSITES:
-        hint = "'for' goes with stop, power_off"
-        raise InputError(f"event {event!r} does not last", hint=hint)
+        hint = "use 'for' with stop or power_off only"
+        raise InputError(f"event {event!r} cannot have a duration ('for')", hint=hint)
     return OPPOSITES[event], dict(args)
 
 

@@ -51,7 +51,7 @@ def check_outputs(
         if place in read:
             raise InputError("would be overwritten, but it is an input", file=output)
         if place in written:
-            raise InputError("is the file of two outputs", file=output)
+            raise InputError("is named for two outputs", file=output)
         if os.path.isdir(place):
             raise InputError("is a folder, not a file", file=output)
         _check_earlier(kind, output)
@@ -70,7 +70,7 @@ def _check_earlier(kind: str, output: str | Path) -> None:
         raise InputError(f"cannot be read: {error.strerror}", file=output) from None
     if found and found != beginning.encode("ascii"):
         raise InputError(
-            f"is there already, and is not a {name}; nothing was written",
+            f"already exists and is not a {name}; nothing was written",
             file=output,
             hint="name another file, or remove this one",
         )

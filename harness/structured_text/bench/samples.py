@@ -94,7 +94,7 @@ class Trace(Generic[_R]):
         self._file: OutputFile | None = None
         if self.path is not None:
             if new and self.path.exists():
-                raise InputError("is there already", file=self.path, hint="name another one")
+                raise InputError("already exists", file=self.path, hint="name another one")
             self._file = OutputFile(self.path, new=new)
             self._file.write(json.dumps(self.header, **COMPACT) + "\n")
 
@@ -150,7 +150,7 @@ class Trace(Generic[_R]):
             self._file.flush()
 
     def close(self) -> None:
-        """Write out what is buffered and close the file."""
+        """Write the buffered records and close the file."""
         if self._file is not None:
             self._file.close()
             self._file = None

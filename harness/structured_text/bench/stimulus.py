@@ -72,8 +72,8 @@ class Entry:
             raise InputError("set is not a table", hint='write set = { "Main.Go" = true }')
         names = [path.upper() for path in values]
         if twice := [path for path in values if names.count(path.upper()) > 1]:
-            hint = "names of Structured Text do not differ by case"
-            raise InputError(f"{twice[0]} is set twice, as {twice[1]}, too", hint=hint)
+            hint = "remove one of them: upper and lower case are the same name"
+            raise InputError(f"{twice[0]} is set twice, also as {twice[1]}", hint=hint)
         events = cls.events_of(table)
         t_us, more = parse_us(table["time"]), cls.more_of(table)
         held_us = cls._held(table, values, events)
@@ -113,17 +113,17 @@ class Entry:
             raise InputError("for is not a text", hint='write for = "100ms"')
         for path, value in values.items():
             if not isinstance(value, bool):
-                hint = "set it back in an entry of its own"
+                hint = "set the other value in a later entry"
                 raise InputError(
-                    f"'for' is for inputs that are true or false, not {path}", hint=hint
+                    f"'for' works with true and false only, not with {path}", hint=hint
                 )
         for event, args in events:
             cls.opposite(event, args)
         if not values and not events:
-            raise InputError(f"'for' goes with {cls.lasting}")
+            raise InputError(f"'for' needs {cls.lasting} in the same entry")
         held_us = parse_us(given)
         if not held_us:
-            raise InputError("'for' is a time longer than 0", hint='write for = "100ms"')
+            raise InputError("'for' must be longer than 0", hint='write for = "100ms"')
         return held_us
 
     def parts(self: _Made) -> list[_Made]:

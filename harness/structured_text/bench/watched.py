@@ -20,10 +20,10 @@ __all__ = ["Watched", "is_like"]
 #: Separator of two patterns. A comma in brackets separates indices.
 _COMMA = re.compile(r",(?![^\[\]]*\])")
 _WILD = re.compile(r"[*?]")
-_PART = re.compile(r"\.?([A-Za-z_*?][\w*?]*)|\[([^\[\]]*)\]")
+_PART = re.compile(r"\.?((?:[^\W\d]|[*?])[\w*?]*)|\[([^\[\]]*)\]")
 _MOST_NAMED = 12
 
-#: A path and the type of what is there.
+#: A path and the type of the variable there.
 _Found = tuple[str, Type]
 
 
@@ -85,7 +85,7 @@ def _matching(program: Program, pattern: str) -> dict[str, Type]:
             raise _nothing(pattern, part, there)
         there = list(islice(_below(found), MOST_WATCHED + 1))
         if len(there) > MOST_WATCHED and part is not parts[-1]:
-            text = f"{pattern} looks at more than {MOST_WATCHED:,} variables"
+            text = f"{pattern} matches more than {MOST_WATCHED:,} variables"
             raise InputError(text, hint="write names or indices in place of some * and ?")
     if not _WILD.search(parts[-1][0]):
         return dict(found)
@@ -94,7 +94,7 @@ def _matching(program: Program, pattern: str) -> dict[str, Type]:
         name = found[0][0]
         more = f", or its variables as {name}.*" if isinstance(found[0][1], BlockType) else ""
         raise InputError(
-            f"{pattern} finds only blocks and long arrays", hint=f"name one: {name}{more}"
+            f"{pattern} matches only blocks and long arrays", hint=f"name one: {name}{more}"
         )
     return shown
 
@@ -161,4 +161,4 @@ def _nothing(pattern: str, part: re.Match[str], there: Sequence[_Found]) -> Inpu
     by_name = {name.upper(): name for name in names}
     near = [by_name[key] for key in get_close_matches(meant, by_name)]
     there_are = f"there are {', '.join(names[:_MOST_NAMED])}" if names else ""
-    return InputError(f"no variable is like {pattern}", hint=did_you_mean(near) or there_are)
+    return InputError(f"no variable matches {pattern}", hint=did_you_mean(near) or there_are)

@@ -65,8 +65,10 @@ def conclude(
     """
     results = measure(merged, home)
     found = total(results)
-    lines = [f"{one} died: what it counted is missing" for one in lost]
-    lines += [f"not counted: what ran on {one}" for one in sorted(merged.elsewhere)]
+    lines = [f"{one} died: its counts are missing" for one in lost]
+    lines += [
+        f"not counted: the {one} engine counts no coverage" for one in sorted(merged.elsewhere)
+    ]
     changed = [result.path for result in results if result.changed]
     lines += [f"{path} was changed since it was compiled: run again" for path in changed]
     passed = not changed
@@ -89,7 +91,9 @@ def check_folder(folder: Path) -> None:
     Raise InputError if it is a file, or has an index.html or the like that is not a report's.
     """
     if os.path.exists(folder) and not os.path.isdir(folder):
-        raise InputError("is not a folder", file=folder, hint="name another for the coverage")
+        raise InputError(
+            "is not a folder", file=folder, hint="name another folder for the coverage report"
+        )
     for name in ("index.html", "coverage.lcov", "mcdc.lcov", "coverage.xml"):
         _check(folder / name)
 
@@ -126,7 +130,7 @@ def write_report(
 def _check(file: Path) -> None:
     if os.path.exists(file) and not _is_ours(file):
         raise InputError(
-            "is there already, and is not a coverage report; nothing was written",
+            "already exists and is not a coverage report; nothing was written",
             file=file,
             hint="name another folder, or remove this file",
         )

@@ -58,7 +58,7 @@ def gaps(results: Sequence[FileResult], *, justified: bool = False) -> list[Gap]
         found += [gap for gap in every if bool(gap.reason) is justified]
         if not justified:
             found += [
-                Gap(result.path, line, "called unreachable, but it is reached")
+                Gap(result.path, line, "marked as unreachable, but it was executed")
                 for line in result.stale
             ]
     return found
@@ -83,10 +83,10 @@ def conditions(result: FileResult) -> Iterator[Gap]:
         for one in decision.conditions:
             if not one.judged.masking:
                 of = "" if one.text == decision.text else f" in {decision.text}"
-                text = f"no MC/DC of {one.text}{of}"
+                text = f"no MC/DC for {one.text}{of}"
                 yield Gap(result.path, decision.line, text, one.reason)
             elif one.reason:
-                text = f"a reason for no MC/DC of {one.text}, but it has it"
+                text = f"there is a reason for missing MC/DC of {one.text}, but MC/DC is complete"
                 yield Gap(result.path, decision.line, text)
 
 

@@ -84,7 +84,7 @@ class BreakpointRequests(Requests):
     def _of_device(self, devices: Devices, wanted: Message, file: str, at: int) -> Breakpoint:
         """Return a breakpoint in the program of a device; its condition is in its language."""
         if wanted.get("logMessage"):
-            hint = "take it out; a condition or a number of hits works there"
+            hint = "remove it; a condition or a number of hits works there"
             text = "a message works in Structured Text only, not in the program of a device"
             raise InputError(text, hint=hint)
         holds = devices.condition(wanted["condition"]) if wanted.get("condition") else None

@@ -32,7 +32,7 @@ X := 5                set a variable
 .where                where the PLC stands, and each task of its devices
 .inject link_down 1   trigger an event, as in a stimulus; with several robots, say which one"""
 
-_LAST = re.compile(r"(?:(?P<base>[A-Za-z_][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<name>\w*)$")
+_LAST = re.compile(r"(?:(?P<base>[^\W\d][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<name>\w*)$")
 
 
 class Console:
@@ -137,7 +137,7 @@ class Console:
 
     def _changed(self, apply: Any) -> str:
         later = self._debugger.edit(apply)
-        return "what had run after this moment has not happened now" if later else ""
+        return "the scans after this one were discarded" if later else ""
 
     # --- watching ---
 

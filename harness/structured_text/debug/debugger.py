@@ -26,7 +26,7 @@ from structured_text.output.units import format_us
 __all__ = ["Debugger"]
 
 
-#: As the number of a statement: the first one of the program in its scan.
+#: In place of a statement's number: the first statement of the program in its scan.
 _FIRST = -1
 
 
@@ -178,7 +178,7 @@ class Debugger:
     def _steps_in(self, scan: int) -> bool:
         """Return whether a step can end in this scan."""
         order = self._going.order
-        if order.task:  # a fast scan looks for its end, too
+        if order.task:  # a fast scan must find its end, too
             return False
         return scan >= self._goal if order.until == "scan" else order.until != "continue"
 
@@ -248,7 +248,7 @@ class Debugger:
             self._halt(Stop("step"))
 
     def _halt(self, stop: Stop) -> None:
-        """Stop in the middle of a scan; return if the run goes on from here."""
+        """Stop in the middle of a scan; return when the run continues from here."""
         order = self._stop(stop)
         if not isinstance(order, Forward):
             raise _Leave(order)
@@ -339,7 +339,7 @@ class Debugger:
         if self._quiet:
             return
         self._said += 1
-        if self._unsaid > 0:  # printed when the scan ran before
+        if self._unsaid > 0:  # its messages were printed in the first run of the scan
             self._unsaid -= 1
             return
         texts = [

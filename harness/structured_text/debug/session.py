@@ -196,7 +196,7 @@ class Session:
             self._client.refuse(message, f"the arguments of {command!r} are not an object")
             return None
         if name not in _ALWAYS and self._launched is None:
-            self._client.refuse(message, "nothing is debugged yet: launch comes first")
+            self._client.refuse(message, "no program is being debugged yet: send launch first")
             return None
         if name not in _RUNNING and self._stopped is None:
             self._client.refuse(message, "the program runs: pause it first")
@@ -241,7 +241,9 @@ class Session:
 
     def _on_launch(self, arguments: Message) -> None:
         if self._launched is not None:
-            raise InputError("there is a run already", hint="one client debugs one run")
+            raise InputError(
+                "a program has been launched already", hint="start a second session for it"
+            )
         self._build(arguments)
 
     _on_attach = _on_launch

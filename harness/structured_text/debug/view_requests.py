@@ -254,7 +254,7 @@ class ViewRequests(Requests):
     # --- sources ---
 
     def _on_source(self, _: Message) -> Message:
-        raise InputError("only files have sources", hint="open them in the editor")
+        raise InputError("the debugger sends no sources", hint="open the file in the editor")
 
     def _on_loadedSources(self, _: Message) -> Message:  # noqa: N802
         files = dict.fromkeys(str(file) for file in self._run.places.project.files)

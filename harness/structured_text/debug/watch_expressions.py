@@ -18,6 +18,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Declarations, Scope
+from structured_text.language.dialects import rules_of
 from structured_text.language.expression_checker import ExpressionChecker as Checker
 from structured_text.language.load import read_file
 from structured_text.language.parser import read_text
@@ -63,7 +64,11 @@ class Compiled:
         try:
             return self.run(*(variables.get(name) for name in self.names))
         except _FAULTS as error:
-            said = str(error) if isinstance(error, ProgramError) else "has no value here"
+            said = (
+                str(error)
+                if isinstance(error, ProgramError)
+                else "the expression has no value here"
+            )
             if isinstance(error, ZeroDivisionError):
                 said = "division by zero"
             raise InputError(f"{self.text}: {said}") from None
@@ -103,9 +108,12 @@ class WatchExpressions:
             node = checker.check(found, want)
         except InputError as error:
             raise InputError(f"{text}: {error.message}", hint=error.hint) from None
+        if any(isinstance(one, t.Assigned) for one in nodes(node)):
+            hint = "set the variable with the command for that"
+            raise InputError(f"{text}: an expression does not assign here", hint=hint)
         if any(isinstance(one, t.CallMethod) for one in nodes(node)):
             hint = "methods may change the program; look at the variables instead"
-            raise InputError(f"{text}: a method is not called from here", hint=hint)
+            raise InputError(f"{text}: a watch expression cannot call a method", hint=hint)
         return self._written(scope, node, text)
 
     def of_node(self, pou: t.Pou, node: t.Expression, text: str) -> Compiled:
@@ -134,7 +142,9 @@ class WatchExpressions:
 @lru_cache(maxsize=256)
 def syntax_of(text: str) -> s.Expression:
     """Parse an expression, or raise InputError."""
-    wrong = InputError(f"{text!r} is not an expression of Structured Text", hint="as Count + 1 > 3")
+    wrong = InputError(
+        f"{text!r} is not an expression of Structured Text", hint="write it as Count + 1 > 3"
+    )
     source = read_text(f"{_HEAD}HarnessHere := (\n{text}\n);\nEND_FUNCTION\n", _HERE)
     if source.errors:
         raise InputError(f"{text}: {source.errors[0].message}", hint=source.errors[0].hint)
@@ -146,9 +156,9 @@ def syntax_of(text: str) -> s.Expression:
 
 
 def _scopes(project: Project) -> dict[str, Scope]:
-    """Return the scope of each POU; the front end has discarded its own, so they are built anew."""
+    """Return the scope of each POU, built again because the front end has discarded its scopes."""
     sources = [read_file(file) for file in project.files]
-    registry = Registry(sources, lambda _: None)
+    registry = Registry(sources, lambda _: None, rules_of(project.dialect))
     declarations = Declarations(registry, lambda _: None)
     for declared in registry.ordered():
         if isinstance(declared.node, s.Interface):

@@ -103,7 +103,7 @@ class Abstraction:
         InputError: a variable of a type that states cannot hold, or more than one robot.
     """
 
-    #: Whether a state has slots of variable size, behind the numbers.
+    #: Whether a state has slots of variable size after the numbers.
     has_open_slots = True
 
     def __init__(self, program: BuiltinProgram, tick_us: int, tables: Tables = _NONE) -> None:
@@ -136,7 +136,7 @@ class Abstraction:
         ]
         if len(found) > 1:
             told = f"the program has {len(found)} {tables.devices}: {', '.join(found)}"
-            raise InputError(told, hint="only programs with one can be explored")
+            raise InputError(told, hint="explore a program with only one")
         return getattr(program.holder(found[0]), tables.member) if found else None
 
     def _globals(self, program: BuiltinProgram) -> None:

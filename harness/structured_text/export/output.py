@@ -109,7 +109,7 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
             if os.path.exists(folder) and not os.path.isdir(folder):
                 raise InputError("is a file", file=folder, hint="name a folder")
         if os.path.isdir(file):
-            raise InputError("is there already", file=file, hint="name a file")
+            raise InputError("already exists", file=file, hint="name a file")
     contents = {
         path: text.replace("\n", output.newline).encode() for path, text in output.files.items()
     }
@@ -117,10 +117,10 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
         return _write_folder(contents, place, force=force)
     for file in paths.values():
         if os.path.exists(file) and not force:
-            raise InputError("is there already", file=file, hint="--force writes over it")
+            raise InputError("already exists", file=file, hint="use --force to overwrite it")
         if os.path.isfile(file) and os.path.getsize(file) and not is_marked(file, output.mark):
             raise InputError(
-                "is not an export's; nothing was written", file=file, hint="move it away"
+                "was not written by an export; nothing was written", file=file, hint="move it away"
             )
     replace_files({paths[path]: data for path, data in contents.items()})
     return Written(list(paths.values()), [], [])
@@ -155,10 +155,10 @@ def _check_folder(
         InputError: a file of the user would be overwritten, or the folder is not empty.
     """
     if not force and earlier:
-        raise InputError("has an earlier export", file=place, hint="--force replaces it")
+        raise InputError("contains an earlier export", file=place, hint="use --force to replace it")
     if not force and os.path.isdir(place) and any(place.iterdir()):
-        hint = "name an empty folder or a new one; --force writes beside them, over none"
-        raise InputError("has files that no export wrote", file=place, hint=hint)
+        hint = "name an empty or new folder, or use --force to keep them and add the export"
+        raise InputError("contains files that no export wrote", file=place, hint=hint)
     if not earlier and os.path.exists(place / RECORD):
         raise InputError("is not a record of an export", file=place / RECORD, hint="move it away")
     for path, data in contents.items():
@@ -167,7 +167,11 @@ def _check_folder(
             continue
         found = digest(file.read_bytes())
         if found not in (earlier.get(path), digest(data)):
-            said = "was changed since it was exported" if path in earlier else "is not an export's"
+            said = (
+                "was changed since it was exported"
+                if path in earlier
+                else "was not written by an export"
+            )
             raise InputError(f"{said}; nothing was written", file=file, hint="move it away")
 
 

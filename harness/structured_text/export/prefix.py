@@ -53,7 +53,7 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
     if not _LEGAL.fullmatch(prefix):
         raise InputError(
             f"--prefix {prefix!r} cannot begin a name",
-            hint=f"a letter, then letters, digits and single underscores, such as {BLOCKS}",
+            hint=f"use a letter, then letters, digits and single underscores, such as {BLOCKS}",
         )
     users, library = files.users
     # Comments mention blocks of the whole library.
@@ -138,11 +138,11 @@ def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
             for word in words:
                 if token.type in ("IDENT", "LABEL", "TYPED") and word.upper() in made:
                     raise InputError(
-                        f"{word} is there already; --prefix {prefix} makes it of "
+                        f"{word} already exists, and --prefix {prefix} makes the same name from "
                         f"{made[word.upper()]} of the library",
                         file=file,
                         line=token.line,
-                        hint="take another prefix",
+                        hint="use another prefix",
                     )
 
 

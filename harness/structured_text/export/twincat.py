@@ -17,7 +17,7 @@ from structured_text.language.lexer import tokens
 
 __all__ = ["to_twincat"]
 
-#: Name space of the objects' identifiers. With the name of an object it always gives the same one.
+#: Name space of the objects' identifiers. The same name always gives the same identifier.
 _SPACE = UUID("5b0f6a2e-7c0d-5f0e-9d0e-52435833f0b1")
 
 _OBJECT = """\

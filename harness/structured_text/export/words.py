@@ -103,7 +103,7 @@ class Form:
         return operands[0] if len(operands) == 1 else f"({f' {self.name} '.join(operands)})"
 
     def takes(self, key: str, count: int) -> bool:
-        """Return whether a call with so many arguments can be written."""
+        """Return whether a call with this number of arguments can be written."""
         if self.is_operator or key in _CHAINED or "..." in self.parameters:
             return True
         return count <= len(self.parameters)
@@ -230,7 +230,7 @@ def unwritten(
         lost = missing(part, why) if why else list_of.lacks(part, functions)
         needed = next((names[one] for one in mentioned(part) if one in found), None)
         if lost is None and needed is not None:
-            lost = missing(part, f"needs {needed}, which is not carried")
+            lost = missing(part, f"needs {needed}, which cannot be exported")
         if lost is not None:
             found[part.name.upper()] = lost
     return found

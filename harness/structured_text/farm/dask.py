@@ -192,7 +192,9 @@ class ClusterCrew:
         self._look()
         for address, one in client.run(self._cluster.fingerprint, on_error="return").items():
             if isinstance(one, Exception):
-                raise _other(f"the worker {address}", f"it has no such {DISTRIBUTION} ({one})")
+                raise _other(
+                    f"the worker {address}", f"it has another version of {DISTRIBUTION} ({one})"
+                )
             if differ := differences(self._of, one):
                 raise _other(f"the worker {address}", differ)
         client.register_plugin(self._carrier)
@@ -252,7 +254,9 @@ def _connected(cluster: Cluster) -> Client:
         socket.create_connection((host, port), cluster.patience_s).close()
         asyncio.run(_greet(cluster, security))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about versions; ours are compared more strictly
+            warnings.simplefilter(
+                "ignore"
+            )  # warnings about versions: this module compares them more strictly
             return Client(
                 cluster.address, security=security, timeout=cluster.patience_s, set_as_default=False
             )
@@ -288,4 +292,4 @@ def _failed(cluster: Cluster, what: str, hint: str) -> InputError:
 
 def _other(name: str, differ: str) -> InputError:
     hint = f"install the same {DISTRIBUTION} and distributed on both"
-    return InputError(f"{name} is not like this computer: {differ}", hint=hint)
+    return InputError(f"{name} differs from this computer: {differ}", hint=hint)

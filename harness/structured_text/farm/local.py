@@ -99,7 +99,7 @@ class LocalCrew:
         return min(self._workers, key=lambda one: len(one.numbers))
 
     def close(self) -> None:
-        """End all processes, whatever they do."""
+        """End all processes, even while they work."""
         self._close()
 
     def _started(self) -> _Worker:

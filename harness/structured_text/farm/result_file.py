@@ -132,7 +132,7 @@ def _first_line(file: Path) -> dict[str, Any] | None:
     if found is not None and _is_first(found):
         return dict(found["about"])
     raise InputError(
-        "is there already, and is not a file of results; nothing was written",
+        "already exists and is not a file of results; nothing was written",
         file=file,
         hint="name another file, or remove this one",
     )
@@ -146,7 +146,7 @@ def _check(file: Path, there: Mapping[str, Any], about: Mapping[str, str]) -> No
             f"{one} {there.get(one, 'none')} there, {about.get(one, 'none')} now" for one in differ
         )
         raise InputError(
-            f"has results of other sources or options: {which}",
+            f"contains results of other sources or options: {which}",
             file=file,
             hint="name another file, or remove this one to begin anew",
         )

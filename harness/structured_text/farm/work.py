@@ -65,10 +65,10 @@ class Lost(Generic[Item]):
     """The end of the last worker, in words for users."""
 
     def error(self) -> LostError:
-        """Return the same as an error."""
+        """Return the loss as an error to raise."""
         return LostError(
-            f"{self.times} workers have ended with {self.item!r}, {self.why}",
-            hint="is there memory enough for all of them",
+            f"{self.times} workers died while they worked on {self.item!r}: {self.why}",
+            hint="check that the memory is enough for all workers, or start fewer",
         )
 
 
@@ -127,7 +127,7 @@ def attempt(do: Callable[[], Any]) -> bytes:
         return pickle.dumps(Done(do()))
     except KeyboardInterrupt:
         raise
-    except BaseException as one:  # SystemExit, too, which would end the worker, or this process
+    except BaseException as one:  # also SystemExit, which would end the worker or this process
         error = one if isinstance(one, Exception) else RuntimeError(repr(one))
         if isinstance(error, InputError):
             return pickle.dumps(Done(error=error))

@@ -60,6 +60,7 @@ class Statements(Transformer[Token, Any]):
         uses: Constructs beyond the portable subset.
         errors: Mistakes that the grammar does not find.
         file: The file that is parsed.
+        entries: The entries of VAR_CONFIG.
     """
 
     def __init__(self) -> None:
@@ -67,6 +68,7 @@ class Statements(Transformer[Token, Any]):
         self.uses: list[Use] = []
         self.errors: list[InputError] = []
         self.file = Path()
+        self.entries: list[s.ConfigEntry] = []
 
     def note(self, construct: str, at: s.Position) -> None:
         """Note a construct beyond the portable subset."""
@@ -92,6 +94,10 @@ class Statements(Transformer[Token, Any]):
     def call_statement(self, call: s.Call | s.Invoke, _end: Token) -> s.CallStatement:
         callee = call.function if isinstance(call, s.Call) else call.callee
         return s.CallStatement(callee, call.arguments, callee.at)
+
+    def name_statement(self, named: s.Variable, _end: Token) -> s.CallStatement:
+        self.note("a name as a statement", named.at)
+        return s.CallStatement(named, (), named.at, bare=True)
 
     def if_(self, word: Token, condition: s.Expression, *rest: Any) -> s.If:
         _then, body, *elsifs, else_, otherwise, _end = rest
@@ -155,6 +161,11 @@ class Statements(Transformer[Token, Any]):
     def return_(self, word: Token, _end: Token) -> s.Return:
         return s.Return(position_of(word))
 
+    def return_if(self, word: Token, _left: Token, condition: s.Expression, *_: Any) -> s.If:
+        at = position_of(word)
+        self.note("RETURN with a condition", at)
+        return s.If(((condition, (s.Return(at),)),), (), at)
+
     def continue_(self, word: Token, _end: Token) -> s.Continue:
         self.note("CONTINUE", position_of(word))
         return s.Continue(position_of(word))
@@ -187,6 +198,8 @@ class Statements(Transformer[Token, Any]):
         return s.Index(base, indices, base.at)
 
     def arguments(self, *rest: Any) -> tuple[s.Argument, ...]:
+        if isinstance(rest[-1], Token):
+            self.note("a comma behind the last argument", position_of(rest[-1]))
         return nodes_of(rest, s.Argument)
 
     def positional(self, value: s.Expression) -> s.Argument:
@@ -215,6 +228,10 @@ class Statements(Transformer[Token, Any]):
         while waiting:
             _join(operands, waiting.pop())
         return operands[0]
+
+    def assigned(self, target: s.Variable, _is: Token, value: s.Expression) -> s.Assigned:
+        self.note("an assignment in an expression", target.at)
+        return s.Assigned(target, value, target.at)
 
     def unary(self, op: Token, operand: s.Expression) -> s.Unary:
         return s.Unary(op.upper(), operand, position_of(op))

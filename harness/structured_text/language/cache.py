@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from structured_text.errors import DISTRIBUTION, InputError
+from structured_text.language.dialects import dialect_of
 from structured_text.output.limits import SOURCE
 from structured_text.output.paths import real
 from structured_text.output.reading import file_bytes
@@ -43,7 +44,7 @@ __all__ = [
     "sources_key",
 ]
 
-#: Most entries of one kind in the folder, and in this process.
+#: Greatest number of entries of one kind in the folder, and in this process.
 IN_FOLDER, IN_PROCESS = 256, 48
 
 _KEY_SIZE = _SIGNATURE_SIZE = 32
@@ -133,7 +134,7 @@ def sources_key(paths: Sequence[Path]) -> str:
 
     The key is empty if a file cannot be read. The caller then reports the error.
     """
-    digest = hashlib.sha256(_engine().encode())
+    digest = hashlib.sha256(f"{_engine()} {dialect_of(paths)}".encode())
     try:
         for path in paths:
             lines = getattr(path, "lines", None)
@@ -210,11 +211,11 @@ def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
     if place is None:
         return make()
     entry = place / f"{key}.{kind}"
-    with suppress(Exception):  # missing or damaged: make it again
+    with suppress(Exception):  # missing or damaged: build it again
         found: _T = pickle.loads(content(entry))
         return found
     made = make()
-    with suppress(OSError, RecursionError):  # full disk, or too deep for pickle
+    with suppress(OSError, RecursionError):  # the disk is full, or pickle cannot nest so deep
         put(entry, pickle.dumps(made, protocol=5))
     return made
 
@@ -235,7 +236,9 @@ def _engine() -> str:
     digest = hashlib.sha256(sys.version.encode())
     package = Path(__file__).parents[1]
     rooms = [package / name for name in ("language", "projects", "engines")]
-    code = (file for room in rooms for kind in ("*.py", "*.lark") for file in room.rglob(kind))
+    code = (
+        file for room in rooms for kind in ("*.py", "*.lark", "*.toml") for file in room.rglob(kind)
+    )
     for file in sorted(code):
         digest.update(file.read_bytes())
     return digest.hexdigest()

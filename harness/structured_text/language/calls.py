@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
@@ -9,7 +11,16 @@ from structured_text.language.declare import Scope
 from structured_text.language.standard import Signature, pin_name
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Variable
 
-__all__ = ["are_named", "block_arguments", "function_arguments", "pin_of", "standard_arguments"]
+__all__ = [
+    "ENABLING",
+    "are_named",
+    "block_arguments",
+    "enabling",
+    "function_arguments",
+    "pin_of",
+    "refuse_enabling",
+    "standard_arguments",
+]
 
 
 def function_arguments(
@@ -24,6 +35,7 @@ def function_arguments(
     Raises:
         InputError: arguments that do not fit.
     """
+    refuse_enabling(node, pou.symbols, scope)
     pins = [one for one in pou.symbols.values() if one.section in ("VAR_INPUT", "VAR_IN_OUT")]
     given: dict[str, s.Argument] = {}
     sent: dict[str, s.Argument] = {}
@@ -52,7 +64,7 @@ def function_arguments(
             raise scope.error(
                 f"{pou.name} has no input {key}",
                 argument.at,
-                f"it has {', '.join(symbol.name for symbol in pins)}",
+                f"use {', '.join(symbol.name for symbol in pins)}",
             )
         if key in given:
             raise scope.error(f"{argument.name.text} is given twice", argument.at)
@@ -77,6 +89,7 @@ def standard_arguments(
     Raises:
         InputError: arguments that do not fit.
     """
+    refuse_enabling(node, (), scope)
     pins = list(signature.pins)
     if signature.extensible:
         name, kind = pins[-1]
@@ -89,17 +102,20 @@ def standard_arguments(
             f"{node.function.text} takes {least}{len(pins)} arguments, not {len(node.arguments)}",
             node.at,
         )
-    named = [argument for argument in node.arguments if argument.name is not None]
-    if not named:
+    if not are_named(node, scope):
         return list(zip(node.arguments, pins, strict=True))
     names = [name for name, _ in pins]
-    given = {}
-    for argument in named:
-        assert argument.name is not None
+    pairs = zip(names, node.arguments, strict=True)
+    given = {name: argument for name, argument in pairs if argument.name is None}
+    for argument in node.arguments:
+        if argument.name is None:
+            continue
         key = argument.name.key
         if key not in names and key in _PIN_NAMES:
             scope.note("another name of a pin", argument.at, f"{key} is {_PIN_NAMES[key]}")
             key = _PIN_NAMES[key]
+        if key in given:
+            raise scope.error(f"{argument.name.text} is given twice", argument.at)
         given[key] = argument
     if len(given) != len(pins) or set(given) != {name for name, _ in pins}:
         raise scope.error(
@@ -171,14 +187,57 @@ def are_named(node: s.Call | s.Invoke | s.CallStatement, scope: Scope) -> bool:
     return any(named)
 
 
+#: The pins that every function and block has besides its own: they enable a call.
+ENABLING = ("EN", "ENO")
+
+
+def enabling(
+    node: s.Call | s.Invoke | s.CallStatement, own: Collection[str], scope: Scope
+) -> dict[str, s.Argument]:
+    """Return the arguments EN and ENO of a call by their name.
+
+    `own` are the upper-case names of the variables of what is called. One that is called EN or ENO
+    is an ordinary pin.
+
+    Raises:
+        InputError: `EN =>`, `ENO :=`, or one of them twice.
+    """
+    found: dict[str, s.Argument] = {}
+    for argument in node.arguments:
+        if argument.name is None or argument.name.key not in ENABLING or argument.name.key in own:
+            continue
+        key = argument.name.key
+        if argument.output != (key == "ENO"):
+            is_input = key == "EN"
+            text = f"{key} is an {'input' if is_input else 'output'}"
+            hint = "write EN := condition" if is_input else "write ENO => variable"
+            raise scope.error(text, argument.at, hint)
+        if key in found:
+            raise scope.error(f"{key} is given twice", argument.at)
+        found[key] = argument
+    return found
+
+
+def refuse_enabling(node: s.Call | s.Invoke, own: Collection[str], scope: Scope) -> None:
+    """Raise InputError if a call that is not a statement of its own has EN or ENO.
+
+    If EN is FALSE, such a call has no value, and each tool continues with another one.
+    """
+    for argument in enabling(node, own, scope).values():
+        assert argument.name is not None
+        raise scope.error(
+            f"{argument.name.key} of a call inside an expression",
+            argument.at,
+            "assign the result to a variable in a statement of its own",
+        )
+
+
 def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) -> InputError:
     pin = pin_of(block, name.text)
-    if name.key in ("EN", "ENO"):
-        return scope.error(f"{name.key} is not supported (enable pins)", name.at, "use IF")
     if pin is not None and pin.section == "VAR_OUTPUT":
         hint = f"write {pin.name} => variable"
     else:
-        hint = f"it has {', '.join(pin.name for pin in pins)}"
+        hint = f"use {', '.join(pin.name for pin in pins)}"
     return scope.error(f"{block.name} has no input {name.text}", name.at, hint)
 
 

@@ -58,9 +58,9 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
     """
     if node.kind != "STRING" and "'" not in node.text and len(node.text) > _LONGEST:
         raise where.error(
-            f"a literal of {len(node.text)} characters: {node.text[:20]}...",
+            f"the literal has {len(node.text)} characters: {node.text[:20]}...",
             node.at,
-            "no type holds such a value",
+            "write a value that a type can hold",
         )
     try:
         if node.kind == "BOOLEAN":
@@ -81,6 +81,8 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
             kind, value = typed_literal(node.text)
             if kind.name not in CORE:
                 where.note(_THIRD, node.at, kind.name)
+            if kind.name == "LTIME" and int(value) >= 1 << 63:
+                where.note("an LTIME of more than 292 years", node.at)
             return Constant(value, kind, True)
         value = number(node.text)
         name = "LREAL" if isinstance(value, float) else "LINT"
@@ -95,7 +97,7 @@ def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
         return Constant(kind.value_of(name.key), kind, True)
     except ValueError:
         raise where.error(
-            f"{kind.name} has no member {name.text}", name.at, f"it has {', '.join(kind.members)}"
+            f"{kind.name} has no member {name.text}", name.at, f"use {', '.join(kind.members)}"
         ) from None
 
 
@@ -188,9 +190,22 @@ def constant(
         if lookup(node) is None:
             return member(kind, node, where)
     found = evaluate(node, types, where, lookup, detail)
+    if isinstance(kind, EnumType) and _is_number_of(found, kind):
+        where.note("a number as an enumeration", node.at)
+        return Constant(found.value, kind, True)
     if isinstance(node, s.Literal) or _is_negative(node):
         return adapt(found, kind, node.at, where)
     return _converted(found, kind, node.at, where)
+
+
+def _is_number_of(found: Constant, kind: EnumType) -> bool:
+    """Return whether an untyped number is a value of an enumeration.
+
+    A strict enumeration takes only the values of its members.
+    """
+    if found.typed or not isinstance(found.value, int):
+        return False
+    return "strict" not in kind.attributes or kind.member_of(found.value) is not None
 
 
 def _is_negative(node: s.Init) -> bool:
@@ -203,7 +218,8 @@ def _converted(found: Constant, kind: Type, at: s.Position, where: Declared) -> 
     if found.type == kind:
         return found
     whole = isinstance(value, int) and not isinstance(value, bool)
-    if whole and isinstance(kind, EnumType) and not isinstance(found.type, EnumType):
+    other = isinstance(found.type, EnumType) and isinstance(kind, EnumType)
+    if whole and isinstance(kind, EnumType) and not (other and "strict" in kind.attributes):
         return Constant(value, kind, True)
     if isinstance(kind, ElementaryType):
         if kind.name in INT_RANGE and whole:

@@ -1,4 +1,4 @@
-"""Constructs beyond the portable subset: their names, and what to write instead of them.
+"""Constructs beyond the portable subset, each with its name and the portable alternative.
 
 The built-in engine runs all of them. A tool that knows only the portable subset refuses a program
 with such a construct and names it.
@@ -31,6 +31,10 @@ _TRANSLATED = {
     "an empty branch": "leave the branch out, or turn the condition round",
     "no ; after END": "write END_IF; and END_STRUCT; with semicolon",
     "no END of a POU": "write END_PROGRAM, END_FUNCTION_BLOCK or END_FUNCTION",
+    "a ; behind the name of a POU": "remove the ;",
+    "a comma behind the last argument": "remove the comma",
+    "an empty initial value": "leave it out",
+    "conditional compilation": "leave one of its branches",
     "a name with __ or _ at its end": "choose another name",
     "a reserved word as a name": "choose another name",
     "a variable called as something else": "choose a name that nothing else has",
@@ -64,6 +68,14 @@ _TRANSLATED = {
     "a standard block of the third edition": "use a block of the second edition",
     "a standard function beyond the second edition": "use one of the second edition",
     "a standard function of dates or BCD": "use operators, or calculate it",
+    "a number with 10#": "leave 10# out",
+    "a text over several lines": "write $N for each line end",
+    "a name with letters beyond ASCII": "use A to Z, digits and _",
+    "RETURN with a condition": "use IF and RETURN",
+    "the type BIT": "use BOOL",
+    "EN or ENO": "use IF",
+    "a negative step of an unsigned counter": "use a signed counter, or WHILE",
+    "a source in Windows-1252": "save the file as UTF-8",
     "another name of a pin": "use the name of the second edition",
 }
 TRANSLATED = frozenset(_TRANSLATED)
@@ -80,6 +92,7 @@ CONSTRUCTS = _TRANSLATED | {
     "the assignment of a block": "assign its variables",
     "VAR_STAT": "use VAR of a block",
     "VAR_INST": "use VAR of a block",
+    "VAR_GENERIC": "write a block for each value",
     "VAR_EXTERNAL in a FUNCTION": "give it as an input",
     "a section in another place": "use VAR",
     "a located array": "locate each element as a variable of its own",
@@ -102,6 +115,10 @@ CONSTRUCTS = _TRANSLATED | {
     "an array of open length": "write the bounds",
     "the time as a function": "measure with a TON",
     "a calculated initial value": "assign it in the first scan",
+    "a name as a statement": "remove it, or call the block with ()",
+    "a CLASS": "use a FUNCTION_BLOCK",
+    "VAR_CONFIG": "write the address at the variable",
+    "a structure as its base": "assign the fields",
     "a METHOD": "use a block or function of its own",
     "a PROPERTY": "use VAR_INPUT and VAR_OUTPUT",
     "an INTERFACE": "call each block by its name",
@@ -116,7 +133,13 @@ CONSTRUCTS = _TRANSLATED | {
     "a character of a text by its number": "use MID",
     "a NAMESPACE": "write the name without it",
     f"arguments of {INIT}": "give them as inputs of the call",
+    "ANY": "write a function for each type",
+    "__QUERYINTERFACE or __QUERYPOINTER": "declare a variable of the interface that you need",
+    "__NEW or __DELETE": "declare the variable",
+    "a program of _INIT and _CYCLIC": "write one PROGRAM, and begin with IF in the first scan",
     "CONTINUE": "use IF",
+    "an LTIME of more than 292 years": "use a shorter one",
+    "an assignment in an expression": "assign in a statement before",
     "AND_THEN or OR_ELSE": "use IF inside IF",
     "a member of a call's result": "assign the result to a variable first",
     "a written output of a block": "write it inside the block",
@@ -145,7 +168,7 @@ class Use:
 
     @property
     def instead(self) -> str:
-        """Return what to write instead."""
+        """Return the portable alternative for the message."""
         return _DETAILS.get(str(self), CONSTRUCTS[self.construct])
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
@@ -15,9 +16,10 @@ from structured_text.language.constants import NotConstantError
 from structured_text.language.inherit import Inheritance
 from structured_text.language.later import Later, Part
 from structured_text.language.objects import INIT
+from structured_text.language.parser import CLASS
 from structured_text.language.registry import Declared, Registry
 from structured_text.language.resolve import Types
-from structured_text.language.scalars import WIDTH
+from structured_text.language.scalars import BOOL, WIDTH
 from structured_text.language.sizes import size_of
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import (
@@ -241,7 +243,19 @@ class Declarations(Types):
                 Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
                 for name in node.names
             ]
-        kind, initial = self.resolve(node.spec, where, owner)
+        kind: Type
+        initial: Any
+        own = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
+        in_block = pou == "FUNCTION_BLOCK" and section.kind in own
+        generic = None
+        if section.kind == "VAR_INPUT" and pou in ("FUNCTION", "METHOD", "FUNCTION_BLOCK"):
+            generic = self.any_type(node.spec, where)
+        if in_block and self.is_bit(node.spec, where):
+            kind, initial = BOOL, False
+        elif generic is not None:
+            kind, initial = generic
+        else:
+            kind, initial = self.resolve(node.spec, where, owner)
         constant_section, calculated = section.qualifier == "CONSTANT", False
         parts: tuple[Part, ...] = ()
         if constant_section and section.kind == "VAR_IN_OUT":
@@ -262,7 +276,7 @@ class Declarations(Types):
             try:
                 initial = self.initial_value(node.initial, kind, where, initial, later)
             except NotConstantError:
-                calculated = isinstance(kind, (ElementaryType, EnumType))
+                calculated = isinstance(kind, (ArrayType, ElementaryType, EnumType, StructType))
                 if not calculated or later is None:
                     raise
             parts = tuple(later.found) if later is not None else ()
@@ -300,6 +314,8 @@ class Declarations(Types):
                 parts=parts,
                 retain=section.qualifier == "RETAIN",
                 area=area,
+                access=self._access(section, where),
+                owner=where.node.name.key,
             )
             for name in node.names
         ]
@@ -326,6 +342,17 @@ class Declarations(Types):
         where.note("an array of open length", spec.at)
         element, _ = self.resolve(spec.element, where)
         return ArrayType("", tuple((0, 0) for _ in stars), element, open=True)
+
+    @staticmethod
+    def _access(section: s.Section, where: Declared) -> str:
+        """Return who may use the variables of a section: PRIVATE, PROTECTED, or empty for all.
+
+        A VAR of a CLASS is PROTECTED unless it says otherwise (IEC 61131-3, edition 3, 6.6.5).
+        """
+        node = where.node
+        is_class = isinstance(node, s.Pou) and CLASS in node.words and section.kind == "VAR"
+        word = section.access or ("PROTECTED" if is_class else "")
+        return word if word in ("PRIVATE", "PROTECTED") else ""
 
     def _check_block(
         self, node: s.VarDecl, section: s.Section, pou: str, constant: bool, where: Declared
@@ -361,6 +388,18 @@ class Declarations(Types):
             if found.type != kind:
                 raise where.error(f"the global {name.text} is a {describe(found.type)}", name.at)
 
+    def configured_address(self, entry: s.ConfigEntry, kind: Type, where: Declared) -> str:
+        """Return the address of an entry of VAR_CONFIG, or raise InputError."""
+        assert entry.address is not None
+        name = s.Name("", entry.at)
+        node = s.VarDecl((name,), entry.spec, None, entry.address, entry.at)
+        section = s.Section("VAR", "", (node,), entry.at)
+        found = self._address(node, kind, section, "PROGRAM", where)
+        if found is None:
+            hint = "write it as %IX0.0, %QW3 or %MD10"
+            raise where.error("VAR_CONFIG needs a complete address", entry.address.at, hint)
+        return found
+
     def _address(
         self, node: s.VarDecl, kind: Type, section: s.Section, pou: str, where: Declared
     ) -> str | None:
@@ -381,7 +420,7 @@ class Declarations(Types):
                 "declare it in VAR of the PROGRAM or VAR_GLOBAL",
             )
         if len(node.names) > 1:
-            raise where.error("one address for several variables", node.at)
+            raise where.error("one address cannot belong to several variables", node.at)
         if _is_record(kind) and parts[2] != "X" and "." not in parts[3]:
             where.note("a located structure", node.address.at)
             return text
@@ -392,7 +431,7 @@ class Declarations(Types):
             raise where.error(
                 f"a {describe(kind)} does not fit the address {text}",
                 node.address.at,
-                "X takes BOOL, B 8 bits, W 16, D 32, L 64; so do elements of arrays, but for BOOL",
+                "use X for BOOL, B for 8 bits, W 16, D 32, L 64; arrays of BOOL are not possible",
             )
         if one != kind:
             where.note("a located array", node.address.at)
@@ -476,7 +515,7 @@ class Scope:
         if known is None:
             known = self.declarations.global_symbol(key)
             assert known is not None
-            self.pou.symbols[f" {key}"] = known  # with a blank, as no name of the source has one
+            self.pou.symbols[f" {key}"] = known  # no name of a source has a blank
         return known
 
 

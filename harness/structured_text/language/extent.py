@@ -122,7 +122,7 @@ def _sum(one: _Extent, other: _Extent) -> _Extent:
 def _check(found: _Extent, name: str, where: Declared, at: Position) -> None:
     name = f"{name:.{_SHOWN}}"
     if found.levels > MOST_NESTED:
-        text = f"{name} has more than {MOST_NESTED} arrays, structures and blocks in each other"
+        text = f"{name} has more than {MOST_NESTED} nested arrays, structures and blocks"
         raise where.error(text, at, "use fewer levels")
     for number, most, what in (
         (found.elements, MOST_ELEMENTS, "elements"),

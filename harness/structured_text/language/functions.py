@@ -26,8 +26,11 @@ from structured_text.language.scalars import (
     ANY_STRING,
     BOOL,
     ELEMENTARY,
+    LONGEST_STRING,
     SIGNED,
+    STRING_MAX,
     WIDTH,
+    string_length,
 )
 from structured_text.language.sizes import size_of
 from structured_text.language.standard import (
@@ -43,9 +46,15 @@ from structured_text.language.standard import (
     reserved,
     truncation,
 )
-from structured_text.language.types import ArrayType, ElementaryType, EnumType, Type, type_name
+from structured_text.language.types import (
+    ArrayType,
+    ElementaryType,
+    EnumType,
+    Type,
+    type_name,
+)
 from structured_text.language.values import describe
-from structured_text.language.widening import BITS_OF, joined, number_of, widens
+from structured_text.language.widening import BITS_OF, joined, number_of, same_number, widens
 
 __all__ = ["Functions", "same_text"]
 
@@ -74,6 +83,8 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
+#: Least length of their results in dialects whose plain STRING has another length than matiec's.
+_JOINED = 255
 #: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")
 #: Functions of a declaration, not of a value.
@@ -122,6 +133,8 @@ class Functions:
         for argument, (_, kind) in standard_arguments(node, signature, self._scope):
             if kind == "T":
                 one = self._expressions.infer(argument.value)
+                if isinstance(one, EnumType) and node.function.key not in _SELECTIONS:
+                    one = ELEMENTARY[one.base]
                 real = real or (one is None and self._expressions.is_real(argument.value))
                 if one is not None:
                     found = one if found is None else self._expressions.operators.common(found, one)
@@ -138,6 +151,10 @@ class Functions:
 
     def _result_type(self, key: str, common: Type | None) -> Type | None:
         if isinstance(common, ElementaryType) and common.name in ANY_STRING:
+            plain = self._scope.registry.dialect.text
+            if key in _JOINING and plain != STRING_MAX:
+                longest = max(_JOINED, plain, string_length(common))
+                return ElementaryType(common.name, min(longest, LONGEST_STRING))
             return joined([common], longer=key in _JOINING)
         return common
 
@@ -175,8 +192,11 @@ class Functions:
             symbol = self._scope.symbol(key)
             if symbol is not None:
                 raise self._scope.error(f"{name} is a {describe(symbol.type)}, not a function", at)
+            here = self._scope.block
+            if here is not None and self._scope.registry.incomplete(here.name.upper()):
+                raise ConsequenceError(f"the base of {here.name} is missing")
             raise self._scope.error(
-                f"there is no function {name}", at, "name its file too, or look at the spelling"
+                f"there is no function {name}", at, "name its file, too, or check the spelling"
             )
         if key in _OPERATORS and len(node.arguments) <= 2:
             pairs = standard_arguments(node, FUNCTIONS[key], self._scope)
@@ -227,8 +247,15 @@ class Functions:
             raise self._scope.error(f"{pou} needs a variable here", argument.at)
         all_ = self._expressions
         found = all_.variable(value) if pin.constant else all_.writable(value)
+        if pin.section == "VAR_OUTPUT" and same_number(kind, found.type):
+            self._scope.note("an enumeration as a number", argument.at)
+            return found
         if pin.section == "VAR_OUTPUT" and widens(kind, found.type):
             self._scope.note("an implicit conversion", argument.at, f"the output {pin.name}")
+            return found
+        below = self._scope.declarations.derives(found.type, kind)
+        if below and pin.section == "VAR_IN_OUT":
+            self._scope.note("a structure as its base", argument.at)
             return found
         if found.type != kind and not same_text(found.type, kind) and not fills(found.type, kind):
             raise self._scope.error(
@@ -256,7 +283,10 @@ class Functions:
             if cut is not None and type_name(wanted) not in ANY_REAL:
                 wanted = ELEMENTARY["LREAL"]
             elif isinstance(wanted, EnumType):
-                raise self._scope.error(f"{key} is not defined for {describe(wanted)}", argument.at)
+                if target in ANY_STRING and "to_string" in wanted.attributes:
+                    text = f"{key} of {describe(wanted)}, whose members have texts (to_string),"
+                    raise self._scope.error(f"{text} is not supported", argument.at)
+                wanted = ELEMENTARY[wanted.base]
         value = self._expressions.check(argument.value, wanted)
         result = ELEMENTARY[target]
         have = value.type
@@ -310,7 +340,9 @@ class Functions:
             size = size_of(kind)
             if size is None:
                 raise self._scope.error(
-                    f"SIZEOF is not supported for a {describe(kind)}", first.at, "each tool differs"
+                    f"SIZEOF is not supported for a {describe(kind)}",
+                    first.at,
+                    "write the size as a number: the tools differ",
                 )
             value, default = size, "UDINT"
         else:
@@ -405,6 +437,8 @@ class Functions:
         found = self._expressions.infer(argument.value)
         if found is None:
             return self._expressions.check(argument.value, None).type
+        if isinstance(found, EnumType):
+            found = ELEMENTARY[found.base]
         if type_name(found) in ANY_BIT and type_name(found) != "BOOL":
             return ELEMENTARY[number_of(type_name(found))]
         if not isinstance(found, ElementaryType) or found.name not in allowed:

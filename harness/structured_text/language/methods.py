@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
-from structured_text.language.calls import are_named
+from structured_text.language.calls import are_named, refuse_enabling
 from structured_text.language.checking import Checking
 from structured_text.language.overloads import overload, overloads
 from structured_text.language.references import PLACES, place_of
@@ -12,7 +12,7 @@ from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.types import BlockType, ElementaryType, InterfaceType, Type
 from structured_text.language.values import describe
-from structured_text.language.widening import widens
+from structured_text.language.widening import same_number, widens
 from structured_text.output.limits import MOST_LEVELS
 
 __all__ = ["NOTHING", "Methods"]
@@ -179,8 +179,14 @@ class Methods:
         if isinstance(first, s.Name) and self._is_elsewhere(first):
             return None
         if isinstance(first, s.Name) and not self._all.is_variable(first):
+            here = self._scope.block
+            lacks = here is not None and self._scope.registry.incomplete(here.name.upper())
+            if lacks or first.key in self._scope.declarations.broken:
+                raise ConsequenceError(f"{first.text} has an error")
             text = f"there is no variable or namespace {first.text}"
-            raise self._scope.error(text, first.at, "name its file too, or look at the spelling")
+            if first.key in self._scope.declarations.broken:
+                raise ConsequenceError(text)
+            raise self._scope.error(text, first.at, "name its file, too, or check the spelling")
         final = isinstance(callee.base, s.This) and callee.base.above
         base = self._all.base(callee.base)
         method = self._method(base.type, callee.name.key)
@@ -211,7 +217,7 @@ class Methods:
             return
         names = self._objects.names(kind)
         text = f"{kind.name} has no method {callee.name.text}"
-        hint = f"it has {', '.join(names[:8])}" if names else ""
+        hint = f"use {', '.join(names[:8])}" if names else ""
         raise self._scope.error(text, callee.name.at, hint)
 
     def call(
@@ -260,6 +266,8 @@ class Methods:
     def _arguments(
         self, node: s.Call | s.Invoke | s.CallStatement, method: t.Pou
     ) -> dict[str, s.Argument]:
+        if not isinstance(node, s.CallStatement):
+            refuse_enabling(node, method.symbols, self._scope)
         pins = {key: one for key, one in method.symbols.items() if one.section in _SECTIONS}
         order = list(pins)
         given: dict[str, s.Argument] = {}
@@ -278,7 +286,7 @@ class Methods:
                 raise self._scope.error(
                     f"{method.name} has no {kind} {argument.name.text if argument.name else key}",
                     argument.at,
-                    f"it has {', '.join(names)}" if names else "",
+                    f"use {', '.join(names)}" if names else "",
                 )
             if key in given:
                 raise self._scope.error(f"{pins[key].name} is given twice", argument.at)
@@ -296,6 +304,13 @@ class Methods:
         found = self._all.variable(value) if read else self._all.writable(value)
         fits = found.type == symbol.type or (block and self._objects.is_a(found.type, symbol.type))
         fits = fits or fills(found.type, symbol.type)
+        below = self._scope.declarations.derives(found.type, symbol.type)
+        if below and symbol.section == "VAR_IN_OUT":
+            self._scope.note("a structure as its base", argument.at)
+            fits = True
+        if symbol.section == "VAR_OUTPUT" and same_number(symbol.type, found.type):
+            self._scope.note("an enumeration as a number", argument.at)
+            fits = True
         if symbol.section == "VAR_OUTPUT" and widens(symbol.type, found.type):
             self._scope.note("an implicit conversion", argument.at, f"the output {symbol.name}")
             fits = True

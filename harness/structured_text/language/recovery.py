@@ -17,6 +17,7 @@ from lark import Lark, Token
 from lark.exceptions import UnexpectedToken
 
 from structured_text.errors import InputError
+from structured_text.language.foreign import LABELS
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION
 from structured_text.output.limits import MOST_MISTAKES
 
@@ -35,7 +36,17 @@ _CLOSERS = frozenset(_OPENERS.values())
 _GROUP_ENDS = _CLOSERS | frozenset(
     (
         *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),
-        *("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "GET", "END_GET", "SET", "END_SET"),
+        *(
+            "END_CLASS",
+            "METHOD",
+            "END_METHOD",
+            "PROPERTY",
+            "END_PROPERTY",
+            "GET",
+            "END_GET",
+            "SET",
+            "END_SET",
+        ),
     )
 )
 #: Reserved words that begin no group. At an unexpected place they were meant as names.
@@ -48,6 +59,7 @@ _NOTHING_BEFORE = frozenset(("END_VAR", "THEN", "ELSE", "DO", "OF", "REPEAT", "C
 #: Words that begin a declaration of a file, and words that end it.
 _DECLARATIONS = (
     "INTERFACE",
+    "CLASS",
     "NAMESPACE",
     "TYPE",
     "FUNCTION",
@@ -56,6 +68,10 @@ _DECLARATIONS = (
     "CONFIGURATION",
 )
 _DECLARATION_ENDS = frozenset(f"END_{word}" for word in _DECLARATIONS)
+#: Words that begin a section of variables, a statement, and words that end a part of a POU.
+_SECTIONS = frozenset(word for word in KEYWORDS if word.startswith("VAR"))
+_STATEMENTS = frozenset(("IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN"))
+_PART_ENDS = ("END_METHOD", "END_ACTION", "END_PROPERTY", "END_GET", "END_SET")
 _POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
 
 
@@ -98,6 +114,9 @@ class _Run:
                     if at > len(found):
                         return [], self._errors
                     continue
+                if (behind := self._closed(at)) >= 0:
+                    at = behind
+                    continue
                 failed = at
                 self._errors.append(self._mistake(error, at))
                 if len(self._errors) >= MOST_MISTAKES:
@@ -117,6 +136,89 @@ class _Run:
             if word in accepted:
                 self._state.feed_token(Token.new_borrow_pos(word, "", self._end))
                 return
+
+    # --- groups without an end ---
+
+    def _closed(self, at: int) -> int:
+        """Report and close the groups that should end before a token.
+
+        Returns:
+            The index of the token that comes next; -1 if there is no such group.
+        """
+        token = self._found[at] if at < len(self._found) else self._end
+        behind = -1
+        while (opener := self._unclosed(token, at)) is not None:
+            word = "END_VAR" if opener.type in _SECTIONS else _OPENERS[opener.type]
+            if word not in self._parser.accepts():  # type: ignore[no-untyped-call]
+                break
+            wrong = self._is_wrong(token)
+            error = self._wrong_end if wrong else self._no_end
+            self._errors.append(error(opener, word, token, at))
+            self._state.feed_token(Token.new_borrow_pos(word, word, token))
+            behind = at
+            if wrong:
+                return at + 1
+            if word != "END_VAR" and "SEMICOLON" in self._parser.accepts():  # type: ignore[no-untyped-call]
+                self._state.feed_token(self._semicolon(token))
+        return behind
+
+    def _opened(self) -> list[Token]:
+        """Return the words of the open groups of statements, the innermost last."""
+        values = self._state.value_stack
+        return [one for one in values if isinstance(one, Token) and one.type in _OPENERS]
+
+    def _unclosed(self, token: Token, at: int) -> Token | None:
+        """Return the innermost open group if this token ends, or begins, one around it."""
+        accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
+        if "END_VAR" in accepted:
+            starts = token.type in _STATEMENTS or token.type in _SECTIONS
+            if not (starts or self._ends_pou(token)):
+                return None
+            return next((one for one in self._found[at - 1 :: -1] if one.type in _SECTIONS), None)
+        opened = self._opened()
+        if not opened:
+            return None
+        if token.type in _CLOSERS:
+            return opened[-1] if token.type != _OPENERS[opened[-1].type] else None
+        return opened[-1] if self._ends_pou(token) else None
+
+    def _is_wrong(self, token: Token) -> bool:
+        """Return whether a token ends a group of a kind that is not open."""
+        ends = [_OPENERS[one.type] for one in self._opened()]
+        return token.type in _CLOSERS and token.type not in ends
+
+    def _wrong_end(self, opener: Token, word: str, token: Token, at: int) -> InputError:
+        text = f"{token} does not end the {opener} of line {opener.line}"
+        return self._error(text, token, f"write {word}")
+
+    @staticmethod
+    def _ends_pou(token: Token) -> bool:
+        return token.type in _DECLARATION_ENDS or token.type in ("$END", *_PART_ENDS)
+
+    def _no_end(self, opener: Token, word: str, token: Token, at: int) -> InputError:
+        """Return the error for a group without an end, at the word that opens it."""
+        if opener.type == "IF" and (second := self._else_if(opener, at)) is not None:
+            text = f"ELSE IF opens a second IF, so the IF of line {opener.line} has no END_IF"
+            return self._error(text, second, "write ELSIF")
+        what = "section" if word == "END_VAR" else "of this line"
+        before = "the end of the file"
+        if token.type != "$END":
+            before = f"the {token} of line {token.line}"
+        name = f"{opener} {what}"
+        return self._error(f"the {name} has no {word}", opener, f"write {word} before {before}")
+
+    def _else_if(self, opener: Token, at: int) -> Token | None:
+        """Return the ELSE of an IF if another IF follows it on the same line."""
+        depth = 0
+        begin = next((k for k, one in enumerate(self._found) if one is opener), at)
+        for one, follower in zip(self._found[begin:at], self._found[begin + 1 : at], strict=False):
+            if one.type == "IF":
+                depth += 1
+            elif one.type == "END_IF":
+                depth -= 1
+            elif one.type == "ELSE" and depth == 1 and follower.type == "IF":
+                return one if one.line == follower.line else None
+        return None
 
     # --- recovery ---
 
@@ -140,6 +242,8 @@ class _Run:
         """Return whether only a semicolon is missing before this token."""
         if "SEMICOLON" not in self._parser.accepts():  # type: ignore[no-untyped-call]
             return False
+        if token.type == "COLON" or before.upper() in (*_INSTRUCTION_LIST, "JMP", "GOTO"):
+            return False  # a label, a jump or an instruction, which is not a name as a statement
         return not self._ended(token, before)
 
     def _acceptable(self) -> set[str]:
@@ -205,7 +309,7 @@ class _Run:
     def _too_many(self, at: int) -> InputError:
         token = self._found[at] if at < len(self._found) else self._end
         text = f"{MOST_MISTAKES} mistakes in this file up to here; the rest was not read"
-        return self._error(text, token, "is this Structured Text?")
+        return self._error(text, token, "check that this is Structured Text")
 
     def _mistake(self, error: UnexpectedToken, at: int) -> InputError:
         token = self._found[at] if at < len(self._found) else self._end
@@ -215,8 +319,7 @@ class _Run:
             hint = "write Structured Text"
             return self._error("Instruction List is not supported", before, hint)
         if token.type == "COLON" and before.type in ("IDENT", "LABEL") and "LPAR" in expected:
-            hint = "use IF, or a loop with EXIT"
-            return self._error("labels for jumps are not supported", before, hint)
+            return self._error(LABELS, before, "use IF, or a loop with EXIT")
         if token.type in _RESERVED and "IDENT" in expected:
             message = f"{token} is a reserved word and cannot be used here"
             return self._error(message, token, _expectation(expected))

@@ -10,19 +10,28 @@ from typing import Any
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.constructs import CONSTRUCTS, Use
+from structured_text.language.dialects import IEC, Dialect, rules_of
 from structured_text.language.scalars import CORE
-from structured_text.language.standard import reserved
+from structured_text.language.standard import BLOCKS, reserved
 from structured_text.language.walk import nodes
 from structured_text.output.limits import MOST_LEVELS
 
-__all__ = ["ConsequenceError", "Declared", "Registry", "last_name"]
+__all__ = ["ConsequenceError", "Declared", "Registry", "base_name", "last_name"]
 
 #: Nodes that create no dependency. A pointer may lead back to its own type, and a method may use
 #: a block that contains the method's own block.
 _LATER = (s.PointerSpec, s.Method, s.Property)
 
 #: Vendor libraries with standard elements. Their names may stand before these elements.
-_LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
+_LIBRARIES = (
+    "__SYSTEM",
+    "STANDARD",
+    "TC2_STANDARD",
+    "TC2_SYSTEM",
+    "TC2_UTILITIES",
+    "UTIL",
+    "STANDARD64",
+)
 
 
 class ConsequenceError(InputError):
@@ -42,6 +51,11 @@ class Declared:
         """Return the file of the declaration."""
         return self.source.file
 
+    @property
+    def is_system(self) -> bool:
+        """Return whether the tool declares it, and not the user: it belongs to no file."""
+        return str(self.file) == _LIBRARIES[0]
+
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
         """Return an error in this declaration's file."""
         return InputError(message, file=self.file, line=at.line, column=at.column, hint=hint)
@@ -56,10 +70,19 @@ class Registry:
     """The types and POUs of all sources by upper-case name, and the rules for names.
 
     The registry continues after a reported error.
+
+    Attributes:
+        dialect: The rules where tools differ.
     """
 
-    def __init__(self, sources: Iterable[s.Source], report: Callable[[InputError], None]) -> None:
+    def __init__(
+        self,
+        sources: Iterable[s.Source],
+        report: Callable[[InputError], None],
+        dialect: Dialect | None = None,
+    ) -> None:
         self._report = report
+        self.dialect = dialect or rules_of(IEC)
         self.types: dict[str, Declared] = {}
         self.pous: dict[str, Declared] = {}
         self.interfaces: dict[str, Declared] = {}
@@ -69,8 +92,11 @@ class Registry:
         sources = list(sources)
         self.lists: list[Declared] = []
         self.uses: list[Use] = []
+        self.entries: list[tuple[s.ConfigEntry, Declared]] = []
         for source in sources:
             self.uses += source.uses
+            for entry in source.entries:
+                self.entries.append((entry, Declared(_nameless(entry.at), source, self.uses)))
             for node in source.declarations:
                 self._add(Declared(node, source, self.uses))
             for space in source.namespaces:
@@ -95,7 +121,7 @@ class Registry:
                 other = self.configuration
                 self._report(
                     declared.error(
-                        "a second CONFIGURATION",
+                        "there is a second CONFIGURATION",
                         node.name.at,
                         f"the first is in {other.file}, line {other.node.at.line}; give the files "
                         "of one program only",
@@ -106,7 +132,8 @@ class Registry:
         key = node.name.key
         earlier = self.types.get(key) or self.pous.get(key) or self.interfaces.get(key)
         if earlier is not None:
-            hint = f"it is also declared in {earlier.file.name}, line {earlier.node.name.at.line}"
+            place = f"{earlier.file.name}, line {earlier.node.name.at.line}"
+            hint = f"remove this one or the one in {place}"
             self._report(declared.error(f"{node.name.text} is declared twice", node.name.at, hint))
         elif key in CORE:
             self._report(
@@ -135,9 +162,37 @@ class Registry:
                         file=source.file,
                         line=space.at.line,
                         column=space.at.column,
-                        hint="name its file too, or look at the spelling",
+                        hint="name its file, too, or check the spelling",
                     )
                 )
+
+    def incomplete(self, key: str) -> bool:
+        """Return whether a base or interface of a block is missing in these sources."""
+        seen: set[str] = set()
+        while key and key not in seen:
+            seen.add(key)
+            declared = self.pous.get(key)
+            if declared is None or not isinstance(declared.node, s.Pou):
+                return key not in BLOCKS
+            node = declared.node
+            if any(last_name(one) not in self.interfaces for one in node.implements):
+                return True
+            if node.extends is not None and not self.is_reachable(node.extends):
+                return True
+            key = "" if node.extends is None else base_name(node)
+        return bool(key)
+
+    def is_reachable(self, name: s.Name) -> bool:
+        """Return whether a name has no namespace, or one of the sources or of a known library."""
+        space = name.key.rpartition(".")[0]
+        return not space or space in self.namespaces
+
+    def check_reachable(self, name: s.Name, where: Declared) -> None:
+        """Raise InputError if a name has an unknown namespace."""
+        if not self.is_reachable(name):
+            space = name.text[: name.text.rindex(".")]
+            hint = "name its project, too, or check the spelling"
+            raise where.error(f"there is no namespace {space}", name.at, hint)
 
     def variable_clash(self, key: str) -> str:
         """Return why a variable should not have this name; empty if it can."""
@@ -169,10 +224,10 @@ class Registry:
         done: dict[str, bool] = {}
         levels: dict[str, int] = {}
         too_deep: list[Declared] = []
-        result: list[Declared] = list(self.interfaces.values())
+        result = [one for one in self.interfaces.values() if not one.is_system]
 
         # Depth-first search. `done` is False for a declaration while its dependencies are visited,
-        # and True afterwards. To meet one that is False means that it uses itself. `levels` is the
+        # and True afterwards. A dependency that is still False uses itself. `levels` is the
         # length of the longest chain of dependencies, which the limit applies to, and the length
         # of `path` bounds the recursion.
         def visit(declared: Declared, path: tuple[str, ...]) -> None:
@@ -185,7 +240,11 @@ class Registry:
                     self._report_cycle(declared, (*path[path.index(key) :], key))
                 return
             done[key] = False
-            used = [name for name in _used(declared.node) if name in everything]
+            used = [
+                last_name(name)
+                for name in _used(declared.node)
+                if self.is_reachable(name) and last_name(name) in everything
+            ]
             for name in used:
                 visit(everything[name], (*path, key))
             done[key] = True
@@ -215,21 +274,39 @@ class Registry:
         self._report(declared.error(f"{kind}: {names}", declared.node.name.at))
 
 
-def _used(node: Any) -> Iterator[str]:
+def _nameless(at: s.Position) -> s.GlobalList:
+    """Return an empty declaration for the entries of VAR_CONFIG."""
+    return s.GlobalList(s.Name("", at), s.Section("VAR_CONFIG", "", (), at), at)
+
+
+def _used(node: Any) -> Iterator[s.Name]:
     """Yield names of types and functions that a piece of syntax uses, in order."""
     for one in nodes(node, _LATER):
         kind = type(one)
         if kind is s.NamedSpec:
-            yield one.name.key.rpartition(".")[2]
+            yield one.name
         elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
-            yield one.extends.key.rpartition(".")[2]
+            space, _, name = one.extends.key.rpartition(".")
+            # `Drive EXTENDS Library.Drive` extends the other block of its name.
+            if not space or name != one.name.key:
+                yield one.extends
         elif kind is s.Call:
-            yield one.function.key
+            yield one.function
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:
     """Return the beginning and end of every contiguous part of a sequence of names."""
     return ((i, j) for i in range(size) for j in range(i + 1, size + 1))
+
+
+def base_name(node: s.Pou | s.TypeDecl) -> str:
+    """Return the upper-case name of the block or structure that a declaration extends.
+
+    The name is that of a missing declaration if it extends another one of its own name.
+    """
+    assert node.extends is not None
+    key = last_name(node.extends)
+    return node.extends.key if key == node.name.key and "." in node.extends.key else key
 
 
 def last_name(name: s.Name) -> str:

@@ -13,7 +13,7 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import array_length
 
-__all__ = ["places_of", "size_of"]
+__all__ = ["bits_of", "places_of", "size_of"]
 
 _SIZES = {
     **{name: bits // 8 for name, bits in WIDTH.items()},
@@ -55,15 +55,35 @@ def _layout(kind: Type) -> tuple[int, int] | None:
         return None if element is None else (element[0] * array_length(kind), element[1])
     if not isinstance(kind, StructType):
         return None
-    end, most = 0, 1
-    for _, field in kind.fields:
+    found = _places(kind)
+    if found is None:
+        return None
+    most = max((alignment for _, _, _, alignment in found), default=1)
+    end = max((begin + size for begin, _, size, _ in found), default=0)
+    return -(-end // most) * most, most
+
+
+def _places(kind: StructType) -> list[tuple[int, int | None, int, int]] | None:
+    """Return offset, bit, size and alignment of each field; None without a known layout.
+
+    The bit is None for a field that is not a BIT.
+    """
+    end, bit, places = 0, 8, list[tuple[int, int | None, int, int]]()
+    for name, field in kind.fields:
         found = _layout(field)
         if found is None:
             return None
         size, alignment = found
-        begin = 0 if kind.union else -(-end // alignment) * alignment
-        end, most = max(end, begin + size), max(most, alignment)
-    return -(-end // most) * most, most
+        if name.upper() in kind.bits and not kind.union:
+            if bit == 8:
+                end, bit = end + 1, 0
+            places.append((end - 1, bit, 1, 1))
+            bit += 1
+            continue
+        begin, bit = 0 if kind.union else -(-end // alignment) * alignment, 8
+        end = begin + size
+        places.append((begin, 0 if name.upper() in kind.bits else None, size, alignment))
+    return places
 
 
 def places_of(kind: StructType) -> list[int]:
@@ -71,11 +91,16 @@ def places_of(kind: StructType) -> list[int]:
 
     The structure must have a size (`size_of`).
     """
-    end, places = 0, []
-    for _, field in kind.fields:
-        found = _layout(field)
-        assert found is not None
-        size, alignment = found
-        places.append(0 if kind.union else -(-end // alignment) * alignment)
-        end = places[-1] + size
-    return places
+    found = _places(kind)
+    assert found is not None
+    return [place for place, _, _, _ in found]
+
+
+def bits_of(kind: StructType) -> list[int | None]:
+    """Return the number of the bit of each field of the type BIT; None for other fields.
+
+    The structure must have a size (`size_of`).
+    """
+    found = _places(kind)
+    assert found is not None
+    return [bit for _, bit, _, _ in found]

@@ -37,7 +37,7 @@ class Order:
     sources: tuple[Path, ...] = ()
 
     def write(self) -> Path:
-        """Write it into its folder and return the file."""
+        """Write the order into its folder and return the file."""
         file = self.folder / "order.json"
         instead = {str(original): str(copy) for original, copy in self.instead.items()}
         content = vars(self) | {"folder": str(self.folder), "instead": instead}

@@ -55,7 +55,7 @@ class PytestCommand:
         return cls((*command, *rest), real(folder))
 
     def started(self, order: Order) -> Program:
-        """Start it with an order; its output goes to a file in the order's folder.
+        """Start the command with an order; its output is written to a file in the order's folder.
 
         Raise InputError if the command does not exist.
         """
@@ -78,7 +78,7 @@ class PytestCommand:
             raise InputError(told, hint="write `-- pytest` and its options") from None
 
     def __call__(self, order: Order, seconds: float | None = None) -> int | None:
-        """Run it to its end; return the exit code, or None if it took longer than `seconds`."""
+        """Run the command to its end; return the exit code, or None after `seconds`."""
         process = self.started(order)
         try:
             return process.wait(seconds)

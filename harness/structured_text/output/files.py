@@ -57,7 +57,7 @@ class NewFiles:
         self._files: list[OutputFile] = []
         for path in paths:
             if os.path.lexists(path):
-                raise InputError("is there already", file=path, hint=hint)
+                raise InputError("already exists", file=path, hint=hint)
         if len({os.path.realpath(path) for path in paths}) < len(paths):
             raise InputError("both files are the same", file=paths[0], hint=hint)
         try:

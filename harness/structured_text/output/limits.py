@@ -68,7 +68,7 @@ MOST_LINE_BYTES = 16 * _MEGABYTE
 
 #: Elements of all variables of a program; language/extent.py says what counts.
 MOST_ELEMENTS = 4_000_000
-#: Instances of function blocks in a program, those inside others included.
+#: Instances of function blocks in a program, including inner ones.
 MOST_BLOCKS = 200_000
 #: Length of a chain of types, functions, blocks and constants that use each other.
 MOST_LEVELS = 100

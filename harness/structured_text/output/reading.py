@@ -107,7 +107,7 @@ def beginning(path: str | Path, kind: Kind, length: int) -> bytes:
 def _check(path: str | Path, mode: int) -> None:
     if stat.S_ISREG(mode):
         return
-    what = next((name for test, name in _OTHERS if test(mode)), "no plain file")
+    what = next((name for test, name in _OTHERS if test(mode)), "a special file")
     raise InputError(f"is {what}, not a file", file=path, hint="name a file")
 
 

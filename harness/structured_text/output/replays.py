@@ -24,6 +24,4 @@ def check(file: Path) -> None:
         found = stream.read(16)
     if found and not found.startswith(BEGINS[file.suffix][:16]):
         hint = "name another folder with --out, or remove this file"
-        raise InputError(
-            f"is there already, and was not written by {COMMAND}", file=file, hint=hint
-        )
+        raise InputError(f"already exists and was not written by {COMMAND}", file=file, hint=hint)

@@ -39,7 +39,7 @@ class _Errors(io.FileIO):
 
 
 def prepare() -> None:
-    """Make the standard streams usable, in whatever state the caller has left them.
+    """Make the standard streams usable, even if the caller has closed or replaced them.
 
     A closed stream becomes the null device. Otherwise the next opened file would get its number,
     and so everything that is printed.

@@ -346,7 +346,7 @@ class PipedCopy:
         self.stdout = open(reports, encoding="utf-8")  # noqa: SIM115
 
     def poll(self) -> int | None:
-        """Return its exit code, or None while it runs."""
+        """Return the exit code of the process, or None while it runs."""
         if sys.platform == "win32":
             raise NotImplementedError
         if self.returncode is None:

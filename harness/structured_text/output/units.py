@@ -33,14 +33,14 @@ def parse_us(text: str | int | timedelta) -> int:
     """
     if isinstance(text, bool) or not isinstance(text, (str, int, timedelta)):
         hint = 'write it as "10ms", "1.5s", or an int of microseconds'
-        raise InputError(f"not a duration: {text!r:.{_SHOWN}}", hint=hint)
+        raise InputError(f"{text!r:.{_SHOWN}} is not a duration", hint=hint)
     if isinstance(text, timedelta):
         text = text // timedelta(microseconds=1)
     if isinstance(text, int):
         if text < 0:
             raise InputError(f"a duration cannot be negative: {text} us")
         if text > _LONGEST_US:
-            raise InputError("a duration is too long", hint="it can be 0s to 365d")
+            raise InputError("a duration is too long", hint="use 0s to 365d")
         return text
     plain = re.sub(r"^(t|time)#", "", text.strip().lower()).replace("_", "")
     total, end = 0, 0
@@ -48,16 +48,16 @@ def parse_us(text: str | int | timedelta) -> int:
         if part.start() != end:
             break
         if len(part[1]) > _DIGITS:
-            raise InputError(f"not a duration: {text[:_SHOWN]}...", hint="it can be 0s to 365d")
+            raise InputError(f"{text[:_SHOWN]}... is not a duration", hint="use 0s to 365d")
         exact = Fraction(part[1]) * _UNITS[part[2]]
         if exact.denominator != 1:
             raise InputError(f"a duration in whole microseconds is expected, not {text!r}")
         total, end = total + int(exact), part.end()
     if not plain or end != len(plain):
         shown = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
-        raise InputError(f"not a duration: {shown!r}", hint="write it as 10ms, 1.5s or 1m30s")
+        raise InputError(f"{shown!r} is not a duration", hint="write it as 10ms, 1.5s or 1m30s")
     if total > _LONGEST_US:
-        raise InputError(f"{text!r} is too long for a duration", hint="it can be 0s to 365d")
+        raise InputError(f"{text!r} is too long for a duration", hint="use 0s to 365d")
     return total
 
 
@@ -79,7 +79,9 @@ def whole(what: str, value: object, low: int, high: int) -> int:
     """Return a whole number from `low` to `high`, or raise InputError."""
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         shown = "a number of so many digits" if _is_huge(value) else f"{value!r:.{_SHOWN}}"
-        raise InputError(f"{what} cannot be {shown}", hint=f"it is a number from {low} to {high}")
+        raise InputError(
+            f"{what} cannot be {shown}", hint=f"use a whole number from {low} to {high}"
+        )
     return value
 
 

@@ -36,7 +36,7 @@ def st_texts(project: Project) -> dict[str, str]:
                 f"{name} is declared twice",
                 file=unit.file,
                 line=at,
-                hint=f"it is also declared in {other.file}, line {line}",
+                hint=f"remove this one or the one in {other.file}, line {line}",
             )
         lines = _commented(unit.piece).lines()
         text = "".join(f"{line.text.rstrip()}\n" for line in lines)

@@ -60,7 +60,7 @@ class Element:
 
     @property
     def children(self) -> list[Element]:
-        """Return its elements, without text."""
+        """Return the child elements, without text."""
         return [one for one in self.content if isinstance(one, Element)]
 
     def all(self, *path: str) -> list[Element]:
@@ -76,7 +76,7 @@ class Element:
         return found[0] if found else None
 
     def below(self, *names: str) -> Iterator[Element]:
-        """Yield all elements with these names below this one, in order; none inside another."""
+        """Yield all elements with these names below this one, in order, but not nested ones."""
         for child in self.children:
             if child.name in names:
                 yield child
@@ -84,7 +84,7 @@ class Element:
                 yield from child.below(*names)
 
     def lines(self) -> list[Line]:
-        """Return its text and that of all elements below it, by lines."""
+        """Return the text of the element and of all elements below it, by lines."""
         found: list[Line] = []
         line: list[Line] = []
         for piece in self.pieces():
@@ -96,11 +96,11 @@ class Element:
         return [*found, _joined(line)] if line else found
 
     def text(self) -> str:
-        """Return its text and that of all elements below it, without white space at the ends."""
+        """Return the text of the element and all elements below it, without outer white space."""
         return "\n".join(line.text for line in self.lines()).strip()
 
     def pieces(self) -> Iterator[Line]:
-        """Yield its text and that of all elements below it, piece by piece."""
+        """Yield the text of the element and of all elements below it, piece by piece."""
         for one in self.content:
             if isinstance(one, Line):
                 yield one
@@ -189,7 +189,7 @@ class _Reader:
         else:
             self._root = element
         if len(self._open) >= _DEEPEST:
-            raise self._error(f"more than {_DEEPEST} elements inside each other")
+            raise self._error(f"more than {_DEEPEST} nested elements")
         self._open.append(element)
 
     def _end(self, name: str) -> None:

@@ -15,6 +15,7 @@ from structured_text.engines.builtin.runtime import NAMES, ProgramError
 from structured_text.engines.builtin.standard import settle, standard_call
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.language import tree as t
+from structured_text.language.dialects import rules_of
 from structured_text.language.project import Project
 from structured_text.language.scalars import (
     ANY_CHARS,
@@ -81,6 +82,7 @@ class ExpressionTerms:
 
     def __init__(self, machine: _Machine) -> None:
         self._machine = machine
+        self._rules = rules_of(machine.project.dialect)
 
     # --- variables ---
 
@@ -111,13 +113,13 @@ class ExpressionTerms:
         if isinstance(node, t.CallFunction):
             result: Alternatives = self._call(node)
             return result
-        raise UnsupportedError(f"{type(node).__name__} of a structure or an array")
+        raise UnsupportedError(f"{type(node).__name__} of a structure or an array is not supported")
 
     def _position(self, node: t.Index) -> Value:
         """Return the row-major position of an element as DINT, from 0 on.
 
         Record the obligation that each index is inside its bounds. A constant index is clamped, so
-        that the evaluation can go on after the obligation.
+        that the evaluation can continue after the obligation.
         """
         kind = node.base.type
         assert isinstance(kind, ArrayType)
@@ -223,10 +225,12 @@ class ExpressionTerms:
             )
             return values.compare(op, left, right, node.left.type)
         if name == "BOOL":
-            # As in both engines, the right operand is not evaluated if the left one decides the
-            # result.
+            # As in the engines, the right operand is not evaluated if the left one decides the
+            # result, except in dialects that evaluate both.
             left = self.exact(node.left)
             looked_at = {"AND": left, "OR": negated(left), "XOR": True}[op]
+            if self._rules.operands == "both":
+                looked_at = True
             with self._machine.under(looked_at):
                 right = self.exact(node.right)
             return _logic(op, left, right)
@@ -240,7 +244,7 @@ class ExpressionTerms:
         return self._combined(op, left, right, node)
 
     def _real(self, op: str, left: reals.Real, right: reals.Real, name: str) -> reals.Real:
-        if op == "/":
+        if op == "/" and self._rules.real_by_zero == "stop":
             zero = reals.compare("=", right, reals.constant(0.0, "LREAL"))
             self._machine.oblige("division", zero)
         return reals.arithmetic(op, left, right, name)
@@ -309,17 +313,21 @@ class ExpressionTerms:
             return self._mux(arguments, types[0], kind)
         if name in ("LEN", "LEFT", "MID", "CONCAT", "FIND"):
             if isinstance(kind, ElementaryType) and (kind.length or 0) > STRING_MAX:
-                raise UnsupportedError(f"{name} of texts longer than {STRING_MAX} characters")
+                raise UnsupportedError(
+                    f"{name} of texts longer than {STRING_MAX} characters is not supported"
+                )
             return self._text(name, arguments, types, kind)
         if name == "TRUNC":
             return self._cut(arguments[0], values.bits(kind), kind)
         if name == "SQRT":
+            if self._rules.root != "stop":
+                raise UnsupportedError(f"SQRT in the dialect {self._rules.name}")
             below = reals.compare("<", arguments[0], reals.constant(0.0, "LREAL"))
             self._machine.oblige("argument", below)
             return reals.root(arguments[0], type_name(kind))
         if name in self._machine.summaries:
             return self._machine.summaries[name](self._machine, arguments)
-        raise UnsupportedError(f"the standard function {name}")
+        raise UnsupportedError(f"the standard function {name} is not supported")
 
     def _known(self, node: t.Standard, arguments: list[Value]) -> None:
         """Record arithmetic with known arguments that may leave its type."""
@@ -336,7 +344,7 @@ class ExpressionTerms:
         elif "_TO_" in node.name:
             number = arguments[0]
             if type_name(source) in MOMENTS:
-                number = values.combine("/", number, _unit(type_name(source)), _TIME)
+                number = values.combine("/", number, self._rules.unit_ns(type_name(source)), _TIME)
             self._machine.computes(node, lambda _: overflow.conversion(number, source, kind))
 
     def _as_the_engine(self, node: t.Standard, arguments: list[Value]) -> Value:
@@ -345,7 +353,7 @@ class ExpressionTerms:
         If that code raises an error, record an obligation that is always broken here.
         """
         plain = [_plain(argument) for argument in arguments]
-        code = settle(standard_call(node, [_code(item) for item in plain]), node.type)
+        code = settle(standard_call(node, [_code(item) for item in plain], self._rules), node.type)
         try:
             return values.constant(node.type, eval(code, dict(NAMES)))
         except (ArithmeticError, ValueError, ProgramError):
@@ -462,7 +470,7 @@ class ExpressionTerms:
         if source in ANY_CHARS and target in ANY_CHARS and "W" not in (source[0], target[0]):
             return self._text_cut(value, to)
         if source in ANY_CHARS or target in ANY_CHARS:
-            raise UnsupportedError(f"the conversion {node.name} of a value that is not constant")
+            raise UnsupportedError(f"the conversion {node.name} needs a constant")
         if target == "BOOL":
             if isinstance(value, reals.Real):
                 return reals.compare("<>", value, reals.constant(0.0, source))
@@ -492,7 +500,7 @@ class ExpressionTerms:
             if is_known(value):
                 return values.wrapped(to, value)
             return resized(value, from_, values.bits(to))
-        raise UnsupportedError(f"the conversion {node.name}")
+        raise UnsupportedError(f"the conversion {node.name} is not supported")
 
     def _text_cut(self, value: texts.Text, to: Type) -> Value:
         """Return a text or character converted to another STRING or a CHAR.
@@ -504,7 +512,7 @@ class ExpressionTerms:
             most = string_length(to)
             return texts.left(value, most) if value.most > most else value
         if value.most > 1 or not is_known(value.size) or value.size != 1:
-            raise UnsupportedError("the conversion STRING_TO_CHAR of a value that is not constant")
+            raise UnsupportedError("the conversion STRING_TO_CHAR needs a constant")
         return value
 
     def _to_moment(self, source: str, target: str, value: Value, node: t.Standard) -> Value:
@@ -513,12 +521,12 @@ class ExpressionTerms:
         Numbers count seconds; numbers of the L types count nanoseconds. Raise UnsupportedError if a
         date and time is converted to its date or its time of day.
         """
-        unit = _unit(target)
+        unit = self._rules.unit_ns(target)
         if source in MOMENTS:
             same = source.removeprefix("L") == target.removeprefix("L")
             if same or target in ("DT", "LDT", *ANY_DURATION):
                 return value
-            raise UnsupportedError(f"the conversion {source}_TO_{target} of no constant")
+            raise UnsupportedError(f"the conversion {source}_TO_{target} needs a constant")
         if source == "BOOL":
             return values.choose(value, unit, 0, _TIME)
         if source in ANY_REAL:
@@ -531,7 +539,7 @@ class ExpressionTerms:
         return self._combined("*", wide, unit, node)
 
     def _from_moment(self, value: Value, source: str, node: t.Standard) -> Value:
-        to, unit = node.type, _unit(source)
+        to, unit = node.type, self._rules.unit_ns(source)
         if type_name(to) not in ANY_REAL:
             whole = values.combine("/", value, unit, _TIME)
             self._machine.computes(node, lambda _: overflow.conversion(whole, _TIME, to))
@@ -551,11 +559,6 @@ _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
 
 #: Functions that this module folds itself, also with known arguments, without the engine's code.
 _OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")
-
-
-def _unit(moment: str) -> int:
-    """Return the number of nanoseconds in the unit in which a moment is a number."""
-    return 1 if moment.startswith("L") else 1_000_000_000
 
 
 def _refusal(name: str) -> str:

@@ -21,9 +21,9 @@ from structured_text.engines.builtin.storage import address_slot, is_scalar
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.project import Project
-from structured_text.language.scalars import ELEMENTARY
+from structured_text.language.scalars import ELEMENTARY, INT_RANGE
 from structured_text.language.standard import BLOCKS
-from structured_text.language.types import ArrayType, Type
+from structured_text.language.types import ArrayType, Type, type_name
 from structured_text.prove import standard, values
 from structured_text.prove.expression_terms import ExpressionTerms
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated
@@ -210,7 +210,7 @@ class Machine(SymbolicMemory):
 
     def _run(self, frame: _Frame) -> None:
         if len(self._frames) > 60:
-            raise UnsupportedError("blocks and functions too deep inside each other")
+            raise UnsupportedError("blocks and functions are nested too deeply")
         self._frames.append(frame)
         at = self._at
         self._statements(frame.pou.body)
@@ -449,7 +449,7 @@ class Machine(SymbolicMemory):
 
         for count in range(_ROUNDS + 1):
             if count == _ROUNDS:
-                raise UnsupportedError(f"a loop of more than {_ROUNDS} rounds")
+                raise UnsupportedError(f"a loop has more than {_ROUNDS} rounds")
             if not enter(ends.first()):
                 break
             inner = self._statements(node.body)
@@ -492,13 +492,19 @@ class _Ends:
         return values.choose(values.compare(">", step, 0, kind), up, down, _BOOL)
 
     def last(self) -> Bool:
-        """Return the condition, after a round, under which the loop goes on; step a FOR counter."""
+        """Step a FOR counter, and return the condition under which the loop continues."""
         node = self._node
         if isinstance(node, t.Repeat):
             return negated(self._machine.expressions.exact(node.condition))
-        if isinstance(node, t.For):
-            self._machine.assign(t.Assign(node.counter, self._step, node.at))
-        return True
+        if not isinstance(node, t.For):
+            return True
+        down = -int(node.step.value) if isinstance(node.step, t.Constant) else 0
+        kind, more = node.counter.type, True
+        if down > 0 and INT_RANGE[type_name(kind)][0] == 0:  # below 0 the loop ends
+            counter = self._machine.expressions.exact(node.counter)
+            more = values.compare(">=", counter, down, kind)
+        self._machine.assign(t.Assign(node.counter, self._step, node.at))
+        return more
 
 
 @dataclass

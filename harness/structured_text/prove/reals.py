@@ -228,7 +228,7 @@ def arithmetic(op: str, left: Real, right: Real, kind: str) -> Real:
         UnsupportedError: a power.
     """
     if op not in ("+", "-", "*", "/"):
-        raise UnsupportedError(f"{op} of REAL")
+        raise UnsupportedError(f"{op} of REAL is not supported")
     double = kind == "LREAL" or left.double or right.double
     if left.known and right.known and (op != "/" or right.value != 0):
         value = ARITHMETIC[op](left.value, right.value)

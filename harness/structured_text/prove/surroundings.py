@@ -1,4 +1,4 @@
-"""A whole program on terms: its start, its inputs from outside, and its scans."""
+"""A whole program in terms of the solver: its start, its external inputs, and its scans."""
 
 from __future__ import annotations
 

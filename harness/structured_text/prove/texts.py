@@ -220,7 +220,7 @@ def find(text: Text, other: Text) -> Any:
     if known(text) and known(other):
         return plain(text).find(plain(other)) + 1 if other.size else 0
     if other.most > 4:
-        raise UnsupportedError("FIND of a text that may be longer than four characters")
+        raise UnsupportedError("FIND searches a text that may be longer than four characters")
     result: Any = z3.BitVecVal(0, 16)
     for at in reversed(range(text.most)):
         here = [

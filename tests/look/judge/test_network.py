@@ -237,7 +237,7 @@ _OF_64 = (
         ),
         (
             {"hosts": [bytes([192, 168, 0, 99])]},
-            r"no such packet goes to 192\.168\.0\.99 or comes from there; those in it are of "
+            r"the capture has no such packet to or from 192\.168\.0\.99, only packets of "
             r"192\.168\.0\.1, 192\.168\.0\.10$",
         ),
     ],
@@ -268,7 +268,7 @@ def test_the_size_of_the_options_is_the_only_one(
     if found:
         assert Heard(tmp_path, story, hosts=[HOST], sizes=size).robots
     else:
-        with pytest.raises(InputError, match="no connection of a controller in it"):
+        with pytest.raises(InputError, match="contains no connection of a controller"):
             Heard(tmp_path, story, hosts=[HOST], sizes=size)
 
 

@@ -289,7 +289,7 @@ def test_the_data_of_a_command_are_there_before_its_code(packet_us: int) -> None
 def test_packets_that_stay_away_are_a_lost_connection() -> None:
     line = StationLine(RobotConfig())
     line.packet_us = 2**40
-    with pytest.raises(LostError, match="no packets go out any more"):
+    with pytest.raises(LostError, match="no packets are sent any more"):
         Carrier(line).read([("points", 0, 19)], _quiet)
 
 
@@ -311,7 +311,7 @@ def test_a_lost_connection_is_reported() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("size = 48\n", "has none of the tables points, comments, shifts, hands, pallets"),
+        ("size = 48\n", "contains none of the tables points, comments, shifts, hands, pallets"),
         ("[points.30000]\nmm = [1]\n", "'points.30000' is not a point"),
         ("[points.1]\nmm = [1, 2, 3, 4, 5, 6, 7]\n", "'points.1' needs at most 6 numbers"),
         ("[comments]\n1 = 'more than sixteen letters'\n", "up to 16 characters"),

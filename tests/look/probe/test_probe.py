@@ -259,7 +259,7 @@ def test_a_lost_connection_ends_it_with_what_was_found_so_far(tmp_path: Path) ->
     trace = tmp_path / "probe.jsonl"
     outcome = probe(line, questions(), _agreed(line), trace)
     assert line.closed
-    assert outcome.ended == "the connection is lost: no packets come any more"
+    assert outcome.ended == "the connection is lost: no packets arrive any more"
     assert outcome.findings["versions"]
     assert outcome.skipped["sequence"] == outcome.ended
     header, records = read_trace(trace)

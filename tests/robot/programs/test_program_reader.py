@@ -46,7 +46,7 @@ def errors_of(text: str) -> list[str]:
         ("SOW(24)=1", "1: SOW(24) needs the extended area"),
         ("SI(20)=1", "1: SI(20) is an input of the robot"),
         ("DO()=1", "1: DO() names no port"),
-        ("MOVE P,P1,FOO=3", "1: FOO is no option of a movement"),
+        ("MOVE P,P1,FOO=3", "1: FOO is not an option of a movement"),
         ("MOVE C,P1", "1: MOVE C needs two points for each arc: a point on the way, and the "
          "target"),
         ("MOVE P,P1,SO(20)=1@10", "1: an output on the way needs a line or an arc"),
@@ -66,14 +66,14 @@ def errors_of(text: str) -> list[str]:
         ("GOSUB", "1: cannot read 'GOSUB': a label such as *LOOP is missing after 'GOSUB'"),
         ("DELAY", "1: cannot read 'DELAY': a value is missing after 'DELAY'"),
         ("DRIVE(1", "1: cannot read 'DRIVE(1': ',' is missing after '1'"),
-        ('A%="1"', "1: a number is needed, and this is a text"),
-        ("A$=1", "1: a text is needed, and this is a number"),
-        ("A%=P1", "1: a number is needed, and this is a point"),
-        ("P1=5", "1: a point is needed, and this is a number"),
-        ("S1=P1+P2", "1: a shift is needed, and this is a point"),
+        ('A%="1"', "1: a number is needed here, but this is a text"),
+        ("A$=1", "1: a text is needed here, but this is a number"),
+        ("A%=P1", "1: a number is needed here, but this is a point"),
+        ("P1=5", "1: a point is needed here, but this is a number"),
+        ("S1=P1+P2", "1: a shift is needed here, but this is a point"),
         ('WAIT "A"=1', "1: a text is compared with a number"),
         ('A$="A"+1', "1: a text and a number cannot be added"),
-        ("A%=P1*2", "1: a point cannot be calculated with like this"),
+        ("A%=P1*2", "1: this operation is not possible with a point"),
         ("A%=SQR(1,2)", "1: SQR has 1 argument, and 2 are given"),
         ('A%=ABS("1")', "1: ABS needs a number, and this is a text"),
         ("A%=LOCX(5)", "1: LOCX needs a point or a shift or a hand, and this is a number"),
@@ -287,7 +287,7 @@ def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text('[[programs]]\nfile = "Pick 1.pgm"\n')
     assert [one.name for one in RobotConfig.load(robot).programs] == ["PICK_1"]
-    (tmp_path / "Pick 1.pgm").write_text("SO(21)=1\n")  # the file is read anew
+    (tmp_path / "Pick 1.pgm").write_text("SO(21)=1\n")  # the file is read again
     assert RobotConfig.load(robot).programs[0].text == "SO(21)=1\n"
 
 
@@ -297,7 +297,12 @@ def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
         ("A.PGM", "X=1\nGOTO *L", '[[programs]]\nfile = "A.PGM"', "A.PGM:2: there is no label *L"),
         ("A.PGM", "SOW(24)=1", '[[programs]]\nfile = "A.PGM"', "A.PGM:1: SOW(24) needs the"),
         ("A.ALL", "[PGM]\nNAME=A\n\nNEXT", 'data_file = "A.ALL"', "A.ALL:4: NEXT without FOR"),
-        ("A.ALL", "MOVE P,P1", 'data_file = "A.ALL"', "A.ALL: it has no section such as [PGM]"),
+        (
+            "A.ALL",
+            "MOVE P,P1",
+            'data_file = "A.ALL"',
+            "A.ALL: the file has no section such as [PGM]",
+        ),
         (
             "A.ALL",
             "[PGM]\nNAME=A\nNAME=A",
@@ -308,10 +313,10 @@ def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
             "A.PGM",
             "X=1\0",
             '[[programs]]\nfile = "A.PGM"',
-            "A.PGM:1: it is no text: it contains the byte 00",
+            "A.PGM:1: this is not a text: it contains the byte 00",
         ),
-        ("A.PGM", "X=1\nY=\x07", '[[programs]]\nfile = "A.PGM"', "A.PGM:2: it is no text"),
-        ("A.PGM", " \n", '[[programs]]\nfile = "A.PGM"', "A.PGM: it has no statement"),
+        ("A.PGM", "X=1\nY=\x07", '[[programs]]\nfile = "A.PGM"', "A.PGM:2: this is not a text"),
+        ("A.PGM", " \n", '[[programs]]\nfile = "A.PGM"', "A.PGM: the program has no statement"),
         ("A.PGM", "", '[[programs]]\nfile = "B.PGM"', "B.PGM: cannot read it"),
         ("A.PGM", "", '[[programs]]\nfile = "A.PGM"\nsteps = []', "'steps' and 'file' exclude"),
         ("A.PGM", "", "data_file = 3", "'data_file' must be the name of a file"),

@@ -101,7 +101,7 @@ def test_results_of_other_sources_are_refused_with_what_differs(file: Path) -> N
     with pytest.raises(InputError) as caught:
         kept(file, {"sources": "c3d4", "engine": "matiec", "scan": "10ms"})
     assert str(caught.value) == (
-        f"{file}: has results of other sources or options: sources a1b2 there, c3d4 now, "
+        f"{file}: contains results of other sources or options: sources a1b2 there, c3d4 now, "
         "scan none there, 10ms now; name another file, or remove this one to begin anew"
     )
     assert kept(file, {"sources": "c3d4"}, fresh=True).knows(1) is False

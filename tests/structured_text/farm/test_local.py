@@ -83,7 +83,9 @@ def test_an_item_that_kills_three_workers_is_named(tmp_path: Path) -> None:
         (tmp_path / str(number)).touch()
     running = Farm(2).run(Killed(tmp_path), range(8))
     assert [next(running) for _ in range(3)] == [(0, 0), (1, 10), (2, 20)]
-    with pytest.raises(LostError, match="3 workers have ended with 3, ended by SIGKILL; is there"):
+    with pytest.raises(
+        LostError, match="3 workers died while they worked on 3: ended by SIGKILL; check that"
+    ):
         next(running)
     assert len(list(tmp_path.iterdir())) == 1
 

@@ -167,7 +167,7 @@ def test_beyond_the_memory_a_run_ends(statement: str, message: str, build: Build
          "cannot lead to a REAL"),
         ("FUNCTION F1 : STRING F1 := 'a'; END_FUNCTION\n"
          "PROGRAM P VAR B : BYTE; END_VAR B := F1()[0]; END_PROGRAM",
-         "a text without a variable has no characters"),
+         "only characters of a variable can be accessed by their number"),
     ],
 )  # fmt: skip
 def test_a_member_without_bytes_is_refused(

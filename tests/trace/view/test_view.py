@@ -240,7 +240,7 @@ def test_each_robot_has_its_shape_its_lanes_and_its_poses() -> None:
 )
 def test_a_wrong_robot_is_one_message(robots: Any) -> None:
     axes = [["X [pulses]", "Y [pulses]"]]
-    with pytest.raises(InputError, match="what the header says of robots is none"):
+    with pytest.raises(InputError, match="the header does not describe the robots in a known form"):
         _page(_scan(0), positions=axes, robots=robots)
 
 
@@ -254,14 +254,18 @@ def test_a_wrong_pose_is_one_message(poses: Any) -> None:
 @pytest.mark.parametrize(
     ("header", "record", "message"),
     [
-        ({"watch": {"X": {"array": 1}}}, _scan(0), "the header says of variables and times"),
-        ({"cycle_us": "x"}, _scan(0), "the header says of variables"),
-        ({"watch": ["X"]}, _scan(0), "the header says of variables and times"),
+        (
+            {"watch": {"X": {"array": 1}}},
+            _scan(0),
+            "the header does not describe variables and times",
+        ),
+        ({"cycle_us": "x"}, _scan(0), "the header does not describe variables"),
+        ({"watch": ["X"]}, _scan(0), "the header does not describe variables and times"),
         ({"watch": {"X": "INT"}}, _scan(0, vars={}), "at 0 us are not those that the header"),
         ({"watch": {"X": "INT"}}, _scan(0, vars={"X": "a"}), "at 0 us are not those that the"),
         ({"positions": [["X"]]}, Cycle(0, 0, b"", _area(), 1, (1.0, 2.0)), "at 0 us are not"),
         ({"positions": [["X"]]}, Cycle(0, 0, b"", _area(), 2, (1.0,)), "at 0 us are not those"),
-        ({}, _scan(0, si=b"\0"), "areas of 48 and 1 bytes are no controller's"),
+        ({}, _scan(0, si=b"\0"), "areas of 48 and 1 bytes do not belong to a controller"),
         ({}, _scan(0, controller=99), "there is no controller 99"),
     ],
 )
@@ -274,7 +278,7 @@ def test_a_wrong_record_is_one_message(
 
 
 class _Links(HTMLParser):
-    """All that a page would fetch."""
+    """Collects everything that a page would fetch."""
 
     def __init__(self) -> None:
         super().__init__()

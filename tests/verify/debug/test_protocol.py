@@ -237,21 +237,24 @@ def test_a_port_that_is_taken_is_named() -> None:
         ({"sources": ["LAMPS"], "scan": "5"}, "the scan"),
         ({"sources": ["LAMPS"], "seed": "many"}, "seed"),
         ({"sources": ["LAMPS"], "for": "long"}, "for"),
-        ({"sources": ["LAMPS"], "trace": "t.jsonl"}, "trace goes with rcx run, not with rcx debug"),
-        ({"sources": ["LAMPS"], "connect": "1.2.3.4"}, "connect goes with rcx run"),
-        ({"sources": ["LAMPS"], "link": "enip"}, "link goes with rcx run"),
+        (
+            {"sources": ["LAMPS"], "trace": "t.jsonl"},
+            "trace is an option of rcx run, not of rcx debug",
+        ),
+        ({"sources": ["LAMPS"], "connect": "1.2.3.4"}, "connect is an option of rcx run"),
+        ({"sources": ["LAMPS"], "link": "enip"}, "link is an option of rcx run"),
         ({"sources": ["LAMPS"], "engine": "matiec"}, "the matiec engine cannot be debugged"),
-        ({"sources": ["LAMPS"], "cwd": "/no/such"}, "cwd '/no/such' is no folder"),
-        ({"sources": ["LAMPS"], "properties": "p.py"}, "properties goes with rcx run"),
-        ({"sources": ["LAMPS"], "panel": 0}, "panel goes with rcx run"),
-        ({"sources": ["LAMPS"], "view": "v.html"}, "view goes with rcx run"),
+        ({"sources": ["LAMPS"], "cwd": "/no/such"}, "cwd '/no/such' is not a folder"),
+        ({"sources": ["LAMPS"], "properties": "p.py"}, "properties is an option of rcx run"),
+        ({"sources": ["LAMPS"], "panel": 0}, "panel is an option of rcx run"),
+        ({"sources": ["LAMPS"], "view": "v.html"}, "view is an option of rcx run"),
         ({"sources": ["--trace=t.jsonl", "x.st"]}, "sources: --trace=t.jsonl is an option"),
         ({"sources": "-v"}, "sources: -v is an option"),
         ({"program": ["--connect=1.2.3.4", "--yes"]}, "--connect=1.2.3.4 is an option"),
         ({"sources": [["--trace=t.jsonl"]]}, "sources is not a text"),
         ({"sources": {"a": 1}}, "sources is not a text"),
-        ({"sources": ["LAMPS"], "scan": True}, "scan is neither a text nor a number"),
-        ({"sources": ["LAMPS"], "for": {"a": 1}}, "for is neither a text nor a number"),
+        ({"sources": ["LAMPS"], "scan": True}, "scan is not a text or a number"),
+        ({"sources": ["LAMPS"], "for": {"a": 1}}, "for is not a text or a number"),
         ({"sources": ["LAMPS"], "cwd": 1}, "cwd is not a text"),
         ({"recording": 1}, "recording is not a text"),
         ({"recording": "gone.jsonl"}, "gone.jsonl: cannot be read: No such file or directory"),
@@ -289,12 +292,12 @@ def test_a_source_with_a_mistake_is_named_with_its_line(editor: Editor, tmp_path
 
 
 def test_requests_out_of_order_or_unknown_are_refused(editor: Editor, lamps: Path) -> None:
-    with pytest.raises(RefusedError, match="nothing is debugged yet: launch comes first"):
+    with pytest.raises(RefusedError, match="no program is being debugged yet: send launch first"):
         editor.request("stackTrace", threadId=1)
     with pytest.raises(RefusedError, match="does not know the request 'fly'"):
         editor.request("fly")
     editor.start(sources=[str(lamps)], stopOnEntry=True)
-    with pytest.raises(RefusedError, match="there is a run already"):
+    with pytest.raises(RefusedError, match="a program has been launched already"):
         editor.request("launch", sources=[str(lamps)])
     with pytest.raises(RefusedError, match="arguments of 'variables' are not as the protocol says"):
         editor.request("variables")

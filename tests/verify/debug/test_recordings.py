@@ -178,7 +178,7 @@ def test_a_recording_with_a_hole_is_damaged(tmp_path: Path, editor: Editor, line
 
 
 def test_a_recording_excludes_other_options(tmp_path: Path, editor: Editor) -> None:
-    with pytest.raises(RefusedError, match="scan does not go with a recording"):
+    with pytest.raises(RefusedError, match="scan cannot be combined with a recording"):
         editor.request("launch", recording="x.jsonl", scan="5ms")
 
 

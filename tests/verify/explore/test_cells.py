@@ -42,7 +42,7 @@ def cell() -> Cell:
 
 @pytest.fixture(scope="module")
 def states(cell: Cell) -> CellStates:
-    """The states of that cell, after 13 s."""
+    """Return the states of the cell after 13 s."""
     made = CellStates(cell, Judge(cell, (), lambda kind, text: None))
     cell.run("13s")
     return made
@@ -153,8 +153,8 @@ def test_a_robot_program_that_reads_the_time_is_refused(tmp_path: Path, capsys: 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--always", "Cancel"], "--always does not go with --robot"),
-        (["--no-robot"], "leave out --robot, or --no-robot"),
+        (["--always", "Cancel"], "--always cannot be combined with --robot"),
+        (["--no-robot"], "leave out --robot, or leave out --no-robot"),
         (["--faults", "fire"], "--faults fire"),
         (["--input", "Main.Nobody"], "no member Nobody"),
     ],
@@ -170,7 +170,7 @@ def test_what_does_not_go_with_a_robot_file_is_one_message(
 def test_a_beginning_without_a_robot_file_is_refused(tmp_path: Path, capsys: Captured) -> None:
     words = [str(_CELL / "Handover.st"), "--out", str(tmp_path), "--begin", "1s"]
     assert main(["explore", *words]) == 2
-    assert "--begin goes with --robot" in capsys.readouterr().err
+    assert "--begin needs --robot" in capsys.readouterr().err
 
 
 def test_a_deadlock_needs_the_program_of_a_robot(tmp_path: Path, capsys: Captured) -> None:

@@ -18,11 +18,11 @@ _REFUSED = {
     "S := INSERT(S, 'a', 1);": "the standard function INSERT",
     "S := DELETE(S, 1, 1);": "the standard function DELETE",
     "S := REPLACE(S, 'a', 1, 1);": "the standard function REPLACE",
-    "I := FIND(S, S);": "FIND of a text",
+    "I := FIND(S, S);": "FIND searches a text",
     "S := INT_TO_STRING(I);": "INT_TO_STRING",
     "I := STRING_TO_INT(S);": "STRING_TO_INT",
-    "D := DT_TO_DATE(M);": "the conversion DT_TO_DATE of no constant",
-    "I := 0; WHILE I < 5000 DO I := I + 1; END_WHILE;": "a loop of more than 4096 rounds",
+    "D := DT_TO_DATE(M);": "the conversion DT_TO_DATE needs a constant",
+    "I := 0; WHILE I < 5000 DO I := I + 1; END_WHILE;": "a loop has more than 4096 rounds",
 }
 
 

@@ -58,7 +58,7 @@ class Journal:
         self._written[0] = number + 1
 
     def read(self) -> Read:
-        """Return what has been written since the last call in this process."""
+        """Return the entries since the last call in this process."""
         first, last = self._read, self._written[0]
         if first == last:
             return Read([], 0)
@@ -111,7 +111,7 @@ class ConnectionEvent:
 
 @dataclass(frozen=True)
 class RefusedOpen:
-    """A Forward Open that was refused: when, and by whom, for what and why in words."""
+    """A refused Forward Open: its time, the requester, the request, and the reason in words."""
 
     at_us: int
     text: str

@@ -69,7 +69,7 @@ class Word(IntEnum):
     MISSING = 12
     SKIPPED = 13
     ARRIVED = 14  # monotonic clock in microseconds
-    GAPS = 15  # how many have been kept
+    GAPS = 15  # number of stored gaps
     SENDING_ENDS = 16  # monotonic clock in microseconds, 0 for never; by the scanner
     TO_ROBOT_SIZE = 17  # once, by the creator
     CYCLIC_ALIVE = 18  # monotonic clock in microseconds
@@ -148,7 +148,7 @@ class Status:
 
 
 def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: bool = True) -> str:
-    """Return how many packets were dropped for which reason; empty if none were.
+    """Return the number of dropped packets for each reason; empty if no packet was dropped.
 
     `drops` are numbers for each `Drop`, in their order, that replace those of the status. With
     `numbers` the text has the numbers, too.

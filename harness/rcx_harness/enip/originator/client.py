@@ -62,7 +62,7 @@ class Client(Closing):
         except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
             raise EnipError(
                 f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
-                hint="is it running, and is this its address",
+                hint="check that it is running and that this is its address",
             ) from error
         # An exchange is one small segment each way; waiting to fill it would cost 40 ms.
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -36,15 +36,15 @@ _REMEDIES: dict[int, tuple[str, str]] = {
     ),
     ExtendedStatus.CONFIGURATION_PATH: (
         "--config-instance",
-        "its configuration instance is another, or none; name it with --config-instance",
+        "it has a different configuration instance, or none; name it with --config-instance",
     ),
     ExtendedStatus.CONSUMING_PATH: (
         "--heartbeat",
-        "its heartbeat connection point is another; name it with --heartbeat",
+        "it has a different heartbeat connection point; name it with --heartbeat",
     ),
     ExtendedStatus.PRODUCING_PATH: (
         "--input-instance",
-        "its assembly to the master is another; name it with --input-instance",
+        "it has a different assembly to the master; name it with --input-instance",
     ),
 }
 #: Meaning of the interval in a refusal.
@@ -117,7 +117,10 @@ class Opener:
         elif self._is_lost():
             try:
                 self.open()
-            except (InputError, OSError) as error:  # not there, or it has not noticed the loss yet
+            except (
+                InputError,
+                OSError,
+            ) as error:  # it is off, or has not noticed the loss yet
                 self.reason = str(error)
                 return False
         return True
@@ -136,8 +139,8 @@ def multiplier_of(timeout_us: int, rpi_us: int) -> int:
             return coded
     longest = format_us(rpi_us * (4 << _MOST))
     raise InputError(
-        f"a time-out of {format_us(timeout_us)} cannot be asked for",
-        hint=f"at this packet interval the longest is {longest}",
+        f"a time-out of {format_us(timeout_us)} cannot be requested",
+        hint=f"use at most {longest} at this packet interval",
     )
 
 

@@ -45,7 +45,7 @@ class PersistentConnection:
         self._lock = threading.Lock()
 
     def received(self) -> Received | str:
-        """Return the received data while packets arrive, otherwise the reason why none do."""
+        """Return the received data while packets arrive, otherwise the reason for the silence."""
         with self._lock:
             if self._scanner is None:
                 return self.opener.reason or self._state
@@ -56,7 +56,7 @@ class PersistentConnection:
             return received
         reason = WAITS if ended is None else f"the connection has ended: {ended.value}"
         if ended is None and drops:
-            reason = f"no packet is taken, those that come are {drops}"
+            reason = f"packets arrive, but cannot be used: they are {drops}"
         if failure:
             reason = f"{failure}; it is started again"
         return f"{self.name}: {reason}"

@@ -65,16 +65,16 @@ class Assemblies:
         """Raise InputError for a size, number or data that cannot be requested."""
         for size in (self.input_size, self.output_size):
             if not 1 <= size <= LARGEST:
-                hint = f"an assembly has 1 to {LARGEST}"
+                hint = f"use 1 to {LARGEST}"
                 raise InputError(f"an assembly of {size} bytes cannot be exchanged", hint=hint)
         numbers = (self.input_instance, self.output_instance, self.heartbeat, self.configuration)
         for number in numbers:
             if number is not None and not 1 <= number <= 0xFFFF:
-                raise InputError(f"{number} is not an instance of an assembly; they are 1 to 65535")
+                raise InputError(f"{number} is not an instance of an assembly; use 1 to 65535")
         if self.configuration_data and self.configuration is None:
-            raise InputError("configuration data need the instance that they are for")
+            raise InputError("configuration data need a configuration instance")
         if len(self.configuration_data) % 2 or len(self.configuration_data) > 2 * 0xFF:
-            raise InputError("configuration data are an even number of bytes, at most 510")
+            raise InputError("configuration data must be an even number of bytes, at most 510")
 
 
 def no_packet(drops: str, within_s: float) -> EnipError:
@@ -86,11 +86,11 @@ def no_packet(drops: str, within_s: float) -> EnipError:
         return EnipError(
             f"connected, but none of the packets within {within_s:g} s can be used: they are "
             f"{drops}",
-            hint="compare the size of the areas, and look who else sends to this address",
+            hint="compare the size of the areas, and find out who else sends to this address",
         )
     return EnipError(
         f"connected, but no packet came within {within_s:g} s",
-        hint="does a firewall stop UDP port 2222",
+        hint="check that no firewall blocks UDP port 2222",
     )
 
 
@@ -154,7 +154,7 @@ class Scanner(Closing):
 
     Raises:
         InputError: a size that the controller does not have, an interval or a multiplier that
-            cannot be asked for.
+            cannot be requested.
         EnipError: the adapter is not there, or our UDP port is taken.
     """
 
@@ -227,7 +227,7 @@ class Scanner(Closing):
             text = "is too short" if agreed is None else problem
             raise EnipError(
                 f"{self._adapter[0]}: the reply to the Forward Open {text}",
-                hint="it does not keep to the protocol; update or replace it",
+                hint="update or replace the adapter: it violates the protocol",
             )
         addresses = {kind: decode_socket_address(data) for kind, data in answered}
         _, destination_port = addresses.get(Item.O_TO_T_ADDRESS) or ("", IO_PORT)
@@ -284,7 +284,7 @@ class Scanner(Closing):
         self.shared.sending_ends_us = 0 if valid_us is None else now_us() + valid_us
 
     def read(self) -> Received:
-        """Return what has been received so far, and whether packets still arrive."""
+        """Return the last received data, and whether packets still arrive."""
         # The cyclic process writes in the reverse order. The state is read first: when it is RUN,
         # time and image of a packet are already written. The image is read last, so it is not
         # older than its time.
@@ -295,7 +295,7 @@ class Scanner(Closing):
         return Received(image, age_us, connected)
 
     def drops(self) -> str:
-        """Return for which reasons packets were dropped, in words; empty if none were."""
+        """Return the reasons for dropped packets, in words; empty if no packet was dropped."""
         return drops_text(self.shared.status(), numbers=False)
 
     def statistics(self) -> ScannerStatistics:
@@ -399,6 +399,6 @@ class Scanner(Closing):
 
 def _check(rpi_us: int, multiplier: int) -> None:
     if not 1_000 <= rpi_us <= 0xFFFFFFFF:
-        raise InputError(f"a packet interval of {rpi_us} us cannot be asked for; at least 1 ms")
+        raise InputError(f"a packet interval of {rpi_us} us cannot be requested; use at least 1 ms")
     if not 0 <= multiplier <= 7:
         raise InputError("the time-out multiplier must be 0 to 7, for 4 to 512 intervals")

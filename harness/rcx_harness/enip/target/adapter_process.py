@@ -40,7 +40,7 @@ from rcx_harness.enip.target.servers import TcpServer, UdpServer
 __all__ = ["main"]
 
 _LOOK_S, _LOOKS_PER_CHECK = 0.05, 20
-_LONGEST_TEXT = 900  # what a record of the journal holds
+_LONGEST_TEXT = 900  # longest text in a record of the journal
 _TRIES = 20  # for a port that is free for TCP and UDP
 
 
@@ -173,7 +173,7 @@ class _Adapter:
         await asyncio.wait((waiting, looking), return_when=asyncio.FIRST_COMPLETED)
         waiting.cancel()
         if looking.done():
-            looking.result()  # what has gone wrong there goes on
+            looking.result()  # raises the error of the task
         looking.cancel()
 
     def _lose_cyclic_part(self, device: Device) -> None:

@@ -229,13 +229,13 @@ class ConnectionManager:
         return found if found is not None and found.session == session else None
 
     def is_used_by(self, session: int) -> bool:
-        """Return whether a connection that this session has opened is alive, of whatever class."""
+        """Return whether a connection that this session has opened is alive, class 1 or 3."""
         self.expire()
         explicit = {connection.session for connection in self._explicit.values()}
         return session in explicit | set(self._openers.values())
 
     def session_ended(self, session: int) -> None:
-        """Close the session's class 3 connections; those of class 1 go on."""
+        """Close the session's class 3 connections; those of class 1 continue."""
         self._drop(lambda connection: connection.session == session)
 
     def expire(self) -> None:
@@ -410,7 +410,7 @@ class ConnectionManager:
         return Facts(self._size, self._identity, self._options.rpi_min_us, owner, cyclic)
 
     def _new_id(self) -> int:
-        """Return a connection id that none of ours has; 0 is not an id."""
+        """Return an unused connection id; 0 is not an id."""
         taken = {0, *self._explicit}
         for each in self._class1.values():
             taken |= {each.o_to_t_id, each.t_to_o_id}

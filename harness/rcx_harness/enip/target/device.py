@@ -46,7 +46,7 @@ SLOW_S = 10.0
 """Longest time for one frame to arrive whole, in seconds."""
 
 IDLE_S = 10.0
-"""A session that has been silent for so long gives way to a newcomer, if there is no room."""
+"""A session that has been silent for this time gives way to a newcomer, if there is no room."""
 
 
 #: Commands that need the session of the connection.
@@ -102,7 +102,7 @@ class Session:
         return limit > 0 and now - self._last_frame >= limit
 
     def gives_way(self) -> tuple[bool, float] | None:
-        """Return how readily it may be closed for a newcomer; the least goes first.
+        """Return the rank by which sessions are closed for a new one; the lowest is closed.
 
         A connection without a session goes before one with a session, and the one that has been
         silent for longest goes first. None if it must stay: it has opened a connection that lives,
@@ -117,7 +117,7 @@ class Session:
         return True, self._last_frame
 
     def close(self) -> None:
-        """End the session, whoever closed it, and its class 3 connections."""
+        """End the session and its class 3 connections, whichever side closed it."""
         self.ended = True
         if self._handle:
             self._device.unregister(self._handle)

@@ -24,7 +24,7 @@ ANY = "0.0.0.0"
 
 @dataclass(frozen=True)
 class NetworkInterface:
-    """An IPv4 address and what belongs to it."""
+    """An IPv4 address with its netmask and hardware address."""
 
     address: str = "127.0.0.1"
     netmask: str = "255.0.0.0"
@@ -46,7 +46,7 @@ def address_toward(local: str, peer: str = _ELSEWHERE) -> str:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect((peer, 9))  # finds the way, and sends nothing
-        except OSError:  # no way there
+        except OSError:  # there is no route
             return "127.0.0.1"
         return str(probe.getsockname()[0])
 

@@ -1,4 +1,4 @@
-"""Explains a refused connection: who asked, why it was refused, and what to set where.
+"""Explains a refused connection: the requester, the reason, and the setting to change.
 
 The tool of a PLC often shows only the code of a refusal. The controller knows both the request and
 its own properties.
@@ -47,7 +47,7 @@ class Facts:
 
 
 def refusal_text(peer: str, request: ForwardOpen | None, refusal: Refusal, facts: Facts) -> str:
-    """Return one sentence: who asked for what, the code, its meaning, and a remedy.
+    """Return one sentence: the requester, the request, the code, its meaning, and a remedy.
 
     `request` is None if it could not be read; `facts` are the properties of the controller.
     """
@@ -164,7 +164,7 @@ def _from_controller(request: ForwardOpen, facts: Facts) -> str:
 
 
 def _set_size(asked: int, size: int, header: str) -> str:
-    """Return what to set, and the controller's other size if that was requested."""
+    """Return the setting to change, and the controller's other size if that was requested."""
     text = f"set {size} bytes {header} in the PLC"
     for other in AREA_SIZES:
         if other != size and asked in (other, other + RUN_IDLE_SIZE):

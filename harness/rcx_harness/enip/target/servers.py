@@ -183,7 +183,7 @@ class UdpServer:
         self._unicast = _bound(local, shared=False)
         self._unicast.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, dscp << 2)
         self._broadcast = []
-        # A socket of all addresses hears broadcasts, too.
+        # A socket that is bound to all addresses also receives broadcasts.
         for address in () if local[0] == ANY else broadcasts:
             try:
                 self._broadcast.append(_bound((address, local[1]), shared=True))
@@ -197,7 +197,7 @@ class UdpServer:
             lambda: _Endpoint(self, broadcast=False), sock=self._unicast
         )
         for each in self._broadcast:
-            # Answers come from our own address, whichever the question came to.
+            # Answers are sent from our own address, whatever address the request was sent to.
             await loop.create_datagram_endpoint(
                 lambda: _Endpoint(self, broadcast=True, reply=transport), sock=each
             )

@@ -53,7 +53,7 @@ _ASKED = {
 INPUTS = {one.short: Channel(one.short, one.byte, one.byte + 1, one.bit) for one in signals().input}
 _OF_COMMANDS = ("command_accept_delay", "command_delay")
 _CODE, _WORDS = Channel("code", 0, 2), Channel("words", 0, DEDICATED_AT)
-#: An answer later than this is none to that request [us].
+#: A change later than this does not answer the request [us].
 _LONGEST_US = 60_000_000
 
 
@@ -120,7 +120,7 @@ class Guide:
         self.drawn: list[Drawn] = []
         self._shows_run = _shows_run(recorded[STATUS], asked["words"])
         self._longest_us = 0  # until a command ended that acts once
-        self._latest: dict[str, int] = {}  # of those that are free: what was seen last
+        self._latest: dict[str, int] = {}  # last values of the signals without a request
         draw: Callable[[str], int] = self.draw_us
         vars(self._machine)["draw_us"] = draw
 
@@ -181,7 +181,7 @@ class Guide:
             line = self._recorded[channel]
             there = line.at(now_us - 1) in values and line.at(now_us + CYCLE_US) in values
             if there if channel != STATUS else not self._asked["code"].at(now_us) and key in _ASKED:
-                continue  # there already, or no command: nothing answers
+                continue  # it has the value already, or it is not a command: there is no answer
             for value in values or (None,):
                 at_us = line.next_change(now_us, value)
                 if at_us is not None and at_us - now_us <= _LONGEST_US:
@@ -196,7 +196,7 @@ class Guide:
             and self._recorded[STATUS].at(now_us) == RUN
         ):
             again = [self._asked["code"].next_change(now_us + 1, None)]
-        if key == "command_delay":  # ready before the end: it is the end of another one
+        if key == "command_delay":  # ready before the end: this end belongs to another command
             again.append(self._recorded[STATUS].next_change(now_us + 1, READY))
         if any(at_us is not None and at_us < now_us + us for at_us in again):
             return None

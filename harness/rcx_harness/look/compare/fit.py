@@ -3,7 +3,7 @@
 Delays are measured. Every other key is tried where it can have an influence: a key that the
 controller has not read before a difference cannot explain it. The search takes the key with which
 both sides agree longest, until they agree or no key helps any more. The remaining difference is
-then noted as unexplained, and the search goes on behind it. At the end each key is tried once more.
+noted as unexplained, and the search continues after it. At the end each key is tried once more.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _FREE = frozenset(DELAYS)
 #: Most unexplained differences; with more, the recording is of another machine.
 _MOST_LEFT = 100
 _NEVER = 1 << 62
-#: A mode that is shown at once has no delay to draw; it begins with one that is none to see [ms].
+#: A mode that is shown at once has no delay; it begins with one too short to be seen [ms].
 _LEAST_MODE_DELAY = 0.001
 
 
@@ -88,7 +88,7 @@ class _Search:
         self._replay, self._progress, self._base = replay, progress, base
         self._result = Fit(base)
         self._asked = asked(replay.recording.inputs)
-        # what a key was before it was found, and which other keys would have done as well
+        # the value of a key before the fit, and the other keys that would fit as well
         self._instead: dict[str, tuple[Any, list[tuple[str, Any]]]] = {}
 
     def search(self) -> Fit:
@@ -155,7 +155,7 @@ class _Search:
     def _changed(config: RobotConfig, key: str, value: Any) -> RobotConfig | None:
         try:
             return replace(config, **{key: value})
-        except InputError:  # not one that this key can have
+        except InputError:  # the key cannot have this value
             return None
 
     def _seen(self, here: Replayed) -> Seen:

@@ -19,7 +19,7 @@ __all__ = ["DESCRIBED", "KNOBS", "Seen", "has_few_values", "seen_at", "values"]
 
 #: Keys that describe a robot, which the user must give; the manual does not leave them open.
 DESCRIBED = (*STORED, "robot", "axes", "programs", "work_areas", "real_time_items", "size")
-#: A number of an alarm that no key has otherwise.
+#: An alarm number that no other key uses.
 _SOME_ALARM = "98.765"
 _KINDS = {entry.name: str(entry.type) for entry in fields(RobotConfig)}
 #: The keys that can be fitted: all but delays, which are measured, and descriptions.

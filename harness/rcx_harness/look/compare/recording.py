@@ -62,7 +62,7 @@ class Recording:
             if si is not None and so and word(si, 0) == READY == word(so, 0):
                 return t_us
         raise InputError(
-            "a remote command is under way from its beginning to its end",
+            "the recording has no moment without a remote command",
             hint="record longer, or from before the PLC connects",
         )
 
@@ -121,11 +121,11 @@ def of_cycles(
     `from_power_on` means that the first cycle is the first one after power-on.
     """
     if not cycles:
-        raise InputError("there is no cycle of a controller in it")
+        raise InputError("the recording contains no cycle of a controller")
     size = len(cycles[0][2])
     for _, si, so in cycles:
         if len(so) != size or size not in AREA_SIZES or (si is not None and len(si) != size):
-            raise InputError(f"areas of {len(so)} bytes are no controller's")
+            raise InputError(f"areas of {len(so)} bytes do not belong to a controller")
     return Recording(
         size=size,
         inputs=_changes([(t_us, si) for t_us, si, _ in cycles]),
@@ -150,8 +150,8 @@ def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Rec
     """Return a recording of packets or looks, without the times of the controller's cycles."""
     driven = [one for one in samples if one.so and one.si]
     if not driven:
-        text = "nothing in it says what the PLC sent and what the controller answered"
-        hint = "rcx scan reads only; record the traffic of a PLC with rcx record"
+        text = "the recording contains neither the PLC's nor the controller's data"
+        hint = "record the traffic of a PLC with rcx record: rcx scan only reads"
         raise InputError(text, file=path, hint=hint)
     size = len(driven[0].so)
     lasts_us = samples[-1].t_us - driven[0].t_us
@@ -160,7 +160,7 @@ def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Rec
             f"lasts {lasts_us // _HOUR_US:,} h, and at most {MOST_REPLAYED_US // _HOUR_US} h are "
             "compared",
             file=path,
-            hint="cut out the part that matters; or its clock was set meanwhile",
+            hint="cut out the part of interest, or check whether the clock was set meanwhile",
         )
     begin = samples.index(driven[0])
     inputs = [(one.t_us, one.si if one.connected else None) for one in samples[begin:]]
@@ -190,11 +190,11 @@ def _of_capture(
         raise trouble
     if not found:
         hint = advice(network, hosts, sizes)
-        raise InputError("no connection of a controller in it", file=path, hint=hint)
+        raise InputError("contains no connection of a controller", file=path, hint=hint)
     if len(found) > 1:
         names = ", ".join(host_text(host) for host in network.robots)
         hint = f"name one with --controller: {names}"
-        raise InputError(f"{len(found)} controllers are in it", file=path, hint=hint)
+        raise InputError(f"contains {len(found)} controllers", file=path, hint=hint)
     robot = next(one for one in network.robots.values() if one.number == found[0])
     intervals = [one.to_master_us for one in robot.connections]
     if not any(intervals):  # the recording has no Forward Open: the mean interval

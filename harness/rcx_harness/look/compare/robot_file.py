@@ -40,7 +40,9 @@ def robot_file(fit: Fit, base: Path | None, of: str) -> str:
         written.write_text(text, encoding="utf-8")
         if RobotConfig.load(written) != fit.config:
             hint = "write each key that stands above the tables on one line"
-            raise InputError("what was found cannot be put into it", file=base, hint=hint)
+            raise InputError(
+                "the values found cannot be written into this file", file=base, hint=hint
+            )
     return text
 
 

@@ -162,7 +162,7 @@ class Follower:
         who, at = f"{self._at} {sample.number}", (sample.t_us, sample.number)
         if sample.si and sample.so and sample.connected:
             read = self._so if sample.at_once and self._so else sample.so
-            scans = [(False, sample.si)] if self._fresh else []  # not from what was before
+            scans = [(False, sample.si)] if self._fresh else []  # not from the area before it
             if not self._fresh and _with_data(self._si, sample.si):
                 self.together += 1
                 scans.append((True, bytes(2) + sample.si[2:]))

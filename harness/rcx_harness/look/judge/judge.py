@@ -200,8 +200,12 @@ def is_capture(file: Path) -> bool:
     if begin in _CAPTURES or (not begin and file.suffix.lower() in ENDINGS):
         return True
     if not begin.startswith(_TRACE):
-        hint = "unpack it first" if begin.startswith(_PACKED) else "it may be cut off at its start"
-        text = "neither a capture (pcapng, pcap) nor a trace (jsonl)"
+        hint = (
+            "unpack it first"
+            if begin.startswith(_PACKED)
+            else "check that the start of the file is complete"
+        )
+        text = "is neither a capture (pcapng, pcap) nor a trace (jsonl)"
         raise InputError(text, file=file, hint=hint)
     return False
 
@@ -210,7 +214,7 @@ def is_judged(file: Path) -> bool:
     """Return whether a trace already contains the findings of both sides, as a run writes them."""
     begin = _beginning(file)
     if not begin:
-        raise InputError("is empty", file=file, hint="nothing was recorded in it")
+        raise InputError("is empty", file=file, hint="record again")
     if not begin.startswith(_TRACE):
         return False
     header, records = read_trace(file)
@@ -255,7 +259,7 @@ def _nothing(capture: Capture, network: Network) -> str:
         return f"is cut off before its first packet ({capture.damage})"
     seen = f"{capture.packets} packets, {network.cyclic} of class 1"
     others = "".join(f", {count} {what}" for what, count in capture.others.most_common())
-    return f"no connection of a controller in it: {seen}{others}"
+    return f"contains no connection of a controller: {seen}{others}"
 
 
 def _judge_trace(
@@ -269,7 +273,7 @@ def _judge_trace(
         for record in records:
             _take_record(one, record, by_cycle=by_cycle)
         if not one.result.followers:
-            raise InputError("there is no scan and no cycle in it", file=options.file)
+            raise InputError("contains no scan and no cycle", file=options.file)
     finally:
         one.close()
     return one.finish()
@@ -285,7 +289,7 @@ def _take_record(one: _Judge, record: Record, *, by_cycle: bool) -> None:
         else:
             number, so, si = record.scan, record.so, record.si
         if not all(len(area) in (0, *AREA_SIZES) for area in (so, si)):
-            text = f"areas of {len(so)} and {len(si)} bytes are no controller's"
+            text = f"areas of {len(so)} and {len(si)} bytes do not belong to a controller"
             raise InputError(text, file=one.result.file)
         connected = bool(si) and any(so)
         at = (record.t_us, number, record.controller)

@@ -314,7 +314,7 @@ class Network:
         if shared is not None and any(
             one.to_master is shared.way and not one.end for one in robot.connections
         ):
-            connection.to_master = shared.way  # one production for all of them
+            connection.to_master = shared.way  # all of them share one production
         yield from self._begin(packet, robot, connection)
         for old in [key for key, (one, _) in self._open.items() if one is robot]:
             if self._open[old][1].end:
@@ -427,7 +427,7 @@ def _wrapped(data: bytes) -> Request:
 
 def _points(path: bytes) -> tuple[int, ...]:
     """Return consuming and producing connection point of a path; none for other paths."""
-    while path and not path[0] & 0xE0:  # port segments: the way there
+    while path and not path[0] & 0xE0:  # port segments: the route to the adapter
         length = 2 if not path[0] & 0x10 else 2 + path[1] + path[1] % 2
         path = path[length:]
     try:

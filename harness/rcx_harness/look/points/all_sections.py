@@ -1,6 +1,6 @@
 """Stored data as the data sections of a file with all data of a controller (.ALL).
 
-The format is that of robot/program/all_file.py, and as assumed as it is: no public file was found.
+The format is the format of robot/program/all_file.py. It is assumed, too: no public file was found.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def is_all(file: Path) -> bool:
 
 
 def from_file(file: Path) -> tuple[Stored, list[str]]:
-    """Return the stored data of a TOML or .ALL file, and what was passed over in it.
+    """Return the stored data of a TOML or .ALL file, and the skipped parts of it.
 
     Raises:
         InputError: it cannot be read, or it has none of these data.
@@ -42,7 +42,7 @@ def from_file(file: Path) -> tuple[Stored, list[str]]:
                 stored.values[kind, robot, number] = value
     if not stored.asked:
         hint = "write one with rcx points backup"
-        raise InputError(f"has no {', '.join(KINDS)}", file=file, hint=hint)
+        raise InputError(f"contains no {', '.join(KINDS)}", file=file, hint=hint)
     return stored, [*content.passed_over, *_others(content)]
 
 

@@ -79,7 +79,7 @@ class Carrier:
         return stored
 
     def write(self, stored: Stored, wanted: Sequence[Key], progress: Progress) -> None:
-        """Define these; a comment that is none becomes spaces.
+        """Write these values; an undefined comment becomes spaces.
 
         Raises:
             LostError: the connection is gone.

@@ -103,7 +103,7 @@ def from_toml(file: Path) -> Stored:
     there = [kind for kind in KINDS if kind in load_toml(file)]
     if not there:
         hint = "write one with rcx points backup"
-        raise InputError(f"has none of the tables {', '.join(KINDS)}", file=file, hint=hint)
+        raise InputError(f"contains none of the tables {', '.join(KINDS)}", file=file, hint=hint)
     config = RobotConfig.load(file)
     stored = Stored()
     for kind in there:

@@ -293,7 +293,7 @@ class Asker:
                 return
 
     def drop(self, us: int) -> None:
-        """Fall silent for so long, until the controller has lost us."""
+        """Send nothing until the controller has detected the loss of its master."""
         self.line.drop()
         self.line.wait(us)
 
@@ -368,7 +368,7 @@ class Asker:
         """Wait until packets with the written data have been sent."""
         last = self.line.sent + _PACKETS
         if self.until(lambda: self.line.sent >= last) is None:
-            raise LostError("no packets go out any more")
+            raise LostError("no packets are sent any more")
         self.wait(2 * CYCLE_US)
 
     def needs(self, held: bool, text: str) -> None:

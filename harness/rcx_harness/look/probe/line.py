@@ -112,7 +112,7 @@ class NetworkLine:
             if failure := self._scanner.failure:
                 raise ProcessDiedError(failure)
             if not received.connected:
-                raise LostError("no packets come any more")
+                raise LostError("no packets arrive any more")
             self._scanner.write(self._written, self._scanner.shared.run, _LEASE_US)
         return received.image
 
@@ -121,7 +121,7 @@ class NetworkLine:
         end_us = self.now_us + us
         while (left_us := end_us - self.now_us) > 0:
             if self._open:
-                self.read()  # the lease goes on
+                self.read()  # the lease continues
             time.sleep(min(left_us, 100_000) / 1e6)
 
     def close(self) -> None:

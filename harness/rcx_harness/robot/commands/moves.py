@@ -192,7 +192,7 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
     if point.mm or frame.straight:
         there = arm.frame_with(point.hand) if point.hand else frame
         ends = there.to_pulses(frame.tool_to_mm(frame.to_mm(start), way))
-    else:  # a way of each axis, as of a robot whose axes are the coordinates
+    else:  # each axis moves by itself: the axes are the coordinates
         ends = tuple(at + point.data[k] * (k in places) for k, at in enumerate(start))
     target = {
         place: round(end)
@@ -273,7 +273,7 @@ def _plan(call: Call) -> _Plan:
 
 
 def _hand(call: Call) -> int:
-    return int(call.values.get("hand", 0)) % 3  # 3 is none, as 0
+    return int(call.values.get("hand", 0)) % 3  # 3 means no hand, as 0 does
 
 
 def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:

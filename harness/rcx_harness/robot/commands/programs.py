@@ -130,7 +130,7 @@ def _named(call: Call) -> tuple[str, int]:
 
 
 def _place(machine: Machine, call: Call) -> int:
-    """Return the place of the selected program; of equal names the lowest."""
+    """Return the place of the selected program; if names are equal, the lowest place."""
     tasks, values = machine.program.tasks, call.values
     if values["method"] == _TASK:
         task = machine.program.in_task(values["task"])

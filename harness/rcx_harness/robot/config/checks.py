@@ -178,8 +178,8 @@ def check_stored(key: str, value: Any, axes: int) -> None:
             _check_variable(number, entry)
             one = variable_number(number)
             if one in seen:
-                hint = "take one of them out"
-                raise InputError(f"'variables.{number}' is there once more", hint=hint)
+                hint = "remove one of them"
+                raise InputError(f"'variables.{number}' is given twice", hint=hint)
             seen.add(one)
         elif key == "parameters":
             _check_parameter(number, entry, axes)
@@ -250,7 +250,7 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
 def _expect(condition: bool, key: str, value: Any, allowed: str) -> None:
     """Raise InputError for the value of a key unless the condition holds."""
     if not condition:
-        raise InputError(f"'{key}' cannot be {shown(value)}", hint=f"it may be {allowed}")
+        raise InputError(f"'{key}' cannot be {shown(value)}", hint=f"use {allowed}")
 
 
 def shown(value: Any) -> str:

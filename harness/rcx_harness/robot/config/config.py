@@ -153,6 +153,7 @@ class PowerAndLink:
     power_loses_origin: bool = True
     power_loses_settings: bool = False
     power_clears_internal_outputs: bool = True
+    power_clears_variables: bool = False  # SGI0 to SGI31, SGR0 to SGR31
 
 
 @dataclass(frozen=True)
@@ -213,7 +214,7 @@ class Programs:
     program_words_between_commands: bool = True
     waiting_is_standby: bool = True
     program_info_while_running: bool = True
-    program_statements: int = 100  # of a task, in one controller cycle at most
+    program_statements: int = 100  # most statements of a task in one controller cycle
     program_stack: int = 20  # GOSUB and CALL in each other at most
     plain_variables: str = "real"  # variables without %, ! or $: real, integer
     tcounter_ms: int = 1  # unit of the function TCOUNTER
@@ -330,7 +331,7 @@ _TABLES: dict[str, type] = {"axes": Axis, "programs": RobotProgram}
 
 
 @dataclass(frozen=True)
-class RobotConfig(  # fields of the last one come first
+class RobotConfig(  # the fields of the last base class come first
     Alarms,
     References,
     Motion,
@@ -442,7 +443,7 @@ def _with_models(table: Mapping[str, Any]) -> dict[str, Any]:
     names = [names] if isinstance(names, str) else names
     check_value("robot", "models", tuple(names) if isinstance(names, list) else names)
     plain = isinstance(axes, list) and all(isinstance(entry, dict) for entry in axes)
-    if not names or not plain:  # read_value tells what is wrong
+    if not names or not plain:  # read_value reports the error
         return dict(table)
     return {**table, "robot": names, "axes": merged(names, axes)}
 

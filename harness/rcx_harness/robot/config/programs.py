@@ -48,13 +48,13 @@ class Brought:
             count = ROBOTS if name in ROBOT_PARAMETERS else axes
             default = given.get(0, PARAMETER_DEFAULTS.get(name, 0))
             listed[name] = tuple(given.get(place, default) for place in range(1, count + 1))
-        if "WEIGHTG" in listed:  # both are one payload
+        if "WEIGHTG" in listed:  # both set the payload
             listed.pop("WEIGHT", None)
         return listed
 
 
 def brought(file: Path, table: dict[str, Any]) -> Brought:
-    """Return what the other files of a robot file bring; `data_file` is taken out of `table`.
+    """Return the keys from the files that a robot file names; remove `data_file` from `table`.
 
     Raises:
         InputError: a file cannot be read, or the first error in it.
@@ -108,7 +108,7 @@ def _with_text(file: Path, entry: dict[str, Any]) -> dict[str, Any]:
     text = text_of(file.parent / name)
     if not text.strip():
         hint = "write its statements, or take it out of the robot file"
-        raise InputError("it has no statement", file=file.parent / name, hint=hint)
+        raise InputError("the program has no statement", file=file.parent / name, hint=hint)
     _check(file.parent / name, text)
     return {"name": _name(name), **entry, "text": text}
 

@@ -67,7 +67,7 @@ def link(
 
 
 class _Linker:
-    """The code as far as it is linked."""
+    """The code that has been linked so far."""
 
     def __init__(self) -> None:
         self.code: list[Instruction] = []
@@ -84,13 +84,13 @@ class _Linker:
             if line.label in self.labels:
                 self._error(f"the label {line.label} occurs twice", "rename one of them")
             if line.statement is None:
-                self._emit("label")  # a jump continues behind it, so that it counts as no line
+                self._emit("label")  # a jump continues after it: a label is not a line
             self.labels[line.label] = len(self.code)
         if line.statement is not None:
             self._statement(line.statement)
 
     def finish(self) -> list[tuple[int, InputError]]:
-        """Check what has no end, resolve all labels, and return all errors."""
+        """Report blocks without an end, resolve all labels, and return all errors."""
         for block in self._blocks:
             self._line = block.line
             self._error(f"this {block.kind} has no {_ENDS[block.kind]}", f"add {_ENDS[block.kind]}")
@@ -168,7 +168,7 @@ class _Linker:
     def _on_exit_for(self) -> None:
         block = next((one for one in reversed(self._blocks) if one.kind == "FOR"), None)
         if block is None:
-            self._error("EXIT FOR is outside of FOR ... NEXT", "take it out")
+            self._error("EXIT FOR is outside of FOR ... NEXT", "remove it")
             return
         block.exits.append(self._emit("jump"))
 
@@ -276,7 +276,7 @@ class _Linker:
 
     def _next_branch(self, block: _Block, word: str) -> None:
         if block.test < 0:
-            self._error(f"{word} follows ELSE", "ELSE is the last branch")
+            self._error(f"{word} follows ELSE", "move it before ELSE")
             return
         first = block.kind == "SELECT" and self.code[block.test].kind == "jump"
         if not first:
@@ -308,7 +308,7 @@ class _Linker:
                     todo += calls.get(other, ())
             if name in reached:
                 self._line = self.code[sub.at].line if sub.at < len(self.code) else self._line
-                self._error(f"SUB {name} calls itself", "a SUB cannot be called again in itself")
+                self._error(f"SUB {name} calls itself", "use a loop instead")
 
     def _calls_of(self, sub: Subroutine) -> Iterator[str]:
         others = [other.at for other in self.subs.values() if other.at > sub.at]

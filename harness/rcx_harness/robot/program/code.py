@@ -22,7 +22,7 @@ class Given(Protocol):
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """Return its steps."""
+        """Return the steps of the program."""
 
     @property
     def file(self) -> str:
@@ -30,11 +30,11 @@ class Given(Protocol):
 
     @property
     def text(self) -> str:
-        """Return its text."""
+        """Return the text of the program."""
 
     @property
     def name(self) -> str:
-        """Return its name."""
+        """Return the name of the program."""
 
 
 def program_code(program: Given, plain: str) -> Program:

@@ -101,7 +101,7 @@ class Running(Scope, Protocol):
         """Return the program."""
 
     def passed_us(self, now_us: int) -> int:
-        """Return its progress without the time of its stops [us]."""
+        """Return the progress of the program without the time of its stops [us]."""
 
 
 class World(Surroundings, Protocol):
@@ -283,7 +283,7 @@ def _no_on_error(one: Instruction, task: Running, world: World) -> int:
 
 
 def _resume(one: Instruction, task: Running, world: World) -> int:
-    """Continue at the instruction with the error, behind it, or at a label."""
+    """Continue at the instruction with the error, after it, or at a label."""
     if task.error_at < 0:
         raise CommandError(world.config.program_stack_alarm)
     at, task.error_at = task.error_at, -1

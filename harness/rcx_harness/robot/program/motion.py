@@ -43,7 +43,7 @@ _AXIS_CODES = {
 }
 
 
-#: PATH START, which no remote command does; a code that cannot come over the wire.
+#: PATH START has no remote command; this code cannot come over the network.
 PATH_START = -1
 _POSITIONS, _DISTANCES = 0x007, 0x00F
 

@@ -107,7 +107,7 @@ def _parsed(text: str) -> Node:
 
 
 def _missing(error: UnexpectedInput) -> str:
-    """Return what a statement lacks at its end; empty if it has something that does not fit."""
+    """Return the missing end of a statement; empty if the statement has a wrong part instead."""
     if not isinstance(error, UnexpectedToken) or error.token.type != "$END":
         return ""
     possible = error.accepts or set()
@@ -117,7 +117,7 @@ def _missing(error: UnexpectedInput) -> str:
     return next((text for name, text in _MISSING.items() if name in possible), "something")
 
 
-#: What is missing, by one of the terminals that may follow; the first that fits is named.
+#: The missing part, by a terminal that may follow. The message names the first match.
 _MISSING = {
     "NUMBER": "a value",
     "POINT": "a target",
@@ -144,7 +144,7 @@ class _Builder(Transformer[Token, Node]):
     """The rules of grammar.lark: each becomes a Node with the name of the rule."""
 
     def __default__(self, data: Any, children: list[Any], meta: Any) -> Any:
-        if data.startswith("_"):  # a repetition, whose children belong to the rule around it
+        if data.startswith("_"):  # a repetition: its children belong to the rule around it
             return Tree(data, children)
         return Node(str(data), tuple(_plain(child) for child in children))
 
@@ -161,7 +161,7 @@ class _Builder(Transformer[Token, Node]):
     def robot(self, children: list[Any]) -> int:
         robot = int(children[0]) if children[0] else 1
         if not 1 <= robot <= 4:
-            raise InputError(f"there is no robot {robot}", hint="robots are 1 to 4")
+            raise InputError(f"there is no robot {robot}", hint="use 1 to 4")
         return robot
 
     def param(self, children: list[Token]) -> str:

@@ -18,7 +18,7 @@ _REMARK = re.compile(r"REM\b.*")
 #: A text in quotes, else the character that ends a statement or begins a comment.
 _PIECES = re.compile(r'"[^"]*"|[:\']')
 _LONGEST = 255
-#: Bytes that no text has: control characters other than tab, line feed, form feed and return.
+#: A text contains no control characters but tab, line feed, form feed and return.
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1f]")
 
 
@@ -26,7 +26,7 @@ def read_file(path: Path) -> Program:
     """Read a program file (.PGM).
 
     Raises:
-        InputError: the file is no text, or its first error; see `read_program` for all errors.
+        InputError: the file is not a text, or its first error; see `read_program` for all errors.
     """
     program, errors = read_program(text_of(path), path)
     if errors:
@@ -39,7 +39,7 @@ def text_of(path: Path) -> str:
     """Return the text of a file in UTF-8, or else in Windows-1252.
 
     Raises:
-        InputError: the file cannot be read, or it is no text.
+        InputError: the file cannot be read, or it is not a text.
     """
     try:
         raw = path.read_bytes()
@@ -49,7 +49,7 @@ def text_of(path: Path) -> str:
     if control := _CONTROL.search(raw):
         line = raw[: control.start()].count(b"\n") + 1
         raise InputError(
-            f"it is no text: it contains the byte {control[0][0]:02X}",
+            f"this is not a text: it contains the byte {control[0][0]:02X}",
             file=path,
             line=line,
             hint="save the program as text in UTF-8",

@@ -1,4 +1,4 @@
-"""The types of expressions, as far as they are known before a program runs."""
+"""The types of expressions that are known before a program runs."""
 
 from __future__ import annotations
 
@@ -71,10 +71,10 @@ class _Checker:
             return
         if given and wanted and given != wanted:
             hint = f"write {wanted}" + (", such as VAL(A$)" if given == _TEXT else "")
-            self._error(f"{wanted} is needed, and this is {given}", hint)
+            self._error(f"{wanted} is needed here, but this is {given}", hint)
 
     def type_of(self, node: Node) -> str:
-        """Return the type of an expression, or an empty text; note what is wrong in it."""
+        """Return the type of an expression, or an empty text; record its errors."""
         kind, args = node.kind, node.args
         if kind == "text":
             return _TEXT
@@ -109,7 +109,7 @@ class _Checker:
             return first
         wrong = next((one for one in (first, second) if one and one != _NUMBER), "")
         if wrong:
-            self._error(f"{wrong} cannot be calculated with like this", "use numbers")
+            self._error(f"this operation is not possible with {wrong}", "use numbers")
             return ""
         return _NUMBER
 

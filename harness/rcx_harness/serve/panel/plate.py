@@ -19,10 +19,10 @@ from structured_text.language.types import BlockType, EnumType, StructType
 __all__ = ["HOLD_S", "Plate", "plates_of"]
 
 HOLD_S = 0.5
-"""A key is released when its page has been silent for so long [s]."""
+"""A key is released when its page has been silent for this time [s]."""
 
 _TYPE = "RCX_PANEL"
-#: The key that is never lost: neither if its page falls silent nor if a page sends too much.
+#: The key that is never dropped, even if its page is silent or another page sends too much.
 _STOP = frozenset({"Stop"})
 #: Maximum number of changes of keys that wait for their scan. Only a faulty page sends more.
 _MOST_WAITING = 64
@@ -115,7 +115,7 @@ class Plate:
             low, high = _RANGES[name]
             fits, takes = type(value) is int and low <= value <= high, f"{low} to {high}"
         if not fits:
-            raise InputError(f"{name} cannot be {value!r:.20}", hint=f"it takes {takes}")
+            raise InputError(f"{name} cannot be {value!r:.20}", hint=f"use {takes}")
         with self._lock:
             self._choices[name] = value
 

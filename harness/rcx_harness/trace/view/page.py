@@ -68,7 +68,9 @@ class View:
             self._cycle_us = int(header.get("cycle_us", CYCLE_US))
             titles = [[str(one) for one in names] for names in header.get("positions", [])]
         except (AttributeError, KeyError, TypeError, ValueError):
-            raise InputError("what the header says of variables and times is none") from None
+            raise InputError(
+                "the header does not describe variables and times in a known form"
+            ) from None
         self._positions = [
             [self._axis(title, who) for title in names] for who, names in enumerate(titles, 1)
         ]
@@ -77,11 +79,13 @@ class View:
         try:
             self._robots = Robots(header.get("robots", []), lanes, unit)
         except (AttributeError, KeyError, TypeError, ValueError):
-            raise InputError("what the header says of robots is none") from None
+            raise InputError("the header does not describe the robots in a known form") from None
         try:
             self._programs = Programs(self._lanes, header.get("programs", []))
         except (AttributeError, KeyError, TypeError, ValueError):
-            raise InputError("what the header says of robot programs is none") from None
+            raise InputError(
+                "the header does not describe the robot programs in a known form"
+            ) from None
 
     def _axis(self, title: str, controller: int) -> Lane:
         who = f"{controller}: " if controller > 1 else ""
@@ -104,7 +108,9 @@ class View:
             self._cycles += 1
             si, so = record.rcx_si, record.rcx_so
         if len(si) not in _SIZES or len(so) not in _SIZES:
-            raise InputError(f"areas of {len(so)} and {len(si)} bytes are no controller's")
+            raise InputError(
+                f"areas of {len(so)} and {len(si)} bytes do not belong to a controller"
+            )
         self._wire(record).take(record.t_us, si, so)
         try:
             if isinstance(record, Scan) and record.vars is not None:

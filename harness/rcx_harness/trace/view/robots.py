@@ -85,7 +85,7 @@ def _checked(shape: _Shape) -> _Shape:
 
 
 def _numbers(values: Sequence[Any], how_many: range) -> None:
-    """Raise TypeError or ValueError unless the values are a list of so many finite numbers."""
+    """Raise TypeError or ValueError unless the values are a list of this many finite numbers."""
     if not isinstance(values, list) or len(values) not in how_many:
         raise TypeError("no numbers")
     for value in values:

@@ -194,7 +194,7 @@ def _variables(_: Controller, task: RobotTask, *, depth: int) -> list[Item]:
     return [
         Text(name, _shown(value), _TYPES.get(name.partition("(")[0][-1:], ""))
         for name, value in sorted(_own(task.frames[:depth], task.variables).items())
-        if "@" not in name  # those of FOR and SELECT, and the sizes of arrays
+        if "@" not in name  # leave out helpers of FOR, SELECT and array sizes
     ]
 
 

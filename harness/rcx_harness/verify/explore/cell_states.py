@@ -44,7 +44,7 @@ class CellStates:
         return self._frozen(self._cell.snapshot())
 
     def key(self) -> bytes:
-        """Return what identifies the state of the cell; states with the same key behave alike."""
+        """Return the key of the cell's state; states with the same key behave alike."""
         return self._key(self._cell.snapshot())
 
     def freeze_with_key(self) -> tuple[bytes, bytes]:

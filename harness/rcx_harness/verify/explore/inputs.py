@@ -41,5 +41,5 @@ def _value(kind: Type, path: str, text: str) -> tuple[str, Any]:
         number = float(text) if name in ("REAL", "LREAL") else int(text, 0)
     except ValueError:
         hint = "write it as --input Main.Start=false,true"
-        raise InputError(f"{text!r} is no value for {path}", hint=hint) from None
+        raise InputError(f"{text!r} is not a value for {path}", hint=hint) from None
     return repr(number), number

@@ -64,7 +64,7 @@ class _Walk:
         for types, reduced in _REDUCED:
             if isinstance(value, types):
                 return reduced(self, value)
-        if id(value) in self._inside:  # the way back to an object that contains this one
+        if id(value) in self._inside:  # a reference back to an object that contains this one
             return ...
         self._inside.add(id(value))
         try:

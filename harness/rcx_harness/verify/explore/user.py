@@ -36,6 +36,7 @@ from structured_text.explore.shared import Stepping, shared
 from structured_text.farm import Farm
 from structured_text.language.load import load
 from structured_text.language.project import Project
+from structured_text.language.source import in_dialect
 from structured_text.language.walk import written
 from structured_text.projects.sources import SourceFiles
 from structured_text.prove.assertions import VARIABLE, Copies
@@ -44,7 +45,7 @@ __all__ = ["Choice", "Explored", "Settings", "explore", "refuse"]
 
 #: Bytes of the digest that identifies a state.
 _DIGEST = 16
-#: Bytes of the length field behind the memory of controller and monitors at the end of a state.
+#: Bytes of the length field at the end of a state, after the controller and the monitors.
 _LENGTH = 4
 #: The search uses one process for this time [s]: a short search does not pay for workers.
 _ALONE_S = 1.0
@@ -128,7 +129,7 @@ def explore(sources: SourceFiles, settings: Settings, farm: Farm | None = None) 
     with TemporaryDirectory() as folder:
         copies = with_always(own, settings.always, Path(folder))
         try:
-            project = load([*copies.files, *library])
+            project = load([in_dialect(file, sources.dialect) for file in copies.files] + library)
         except InputError as error:
             raise _of_original(blame_lib(error, sources.folder), copies) from None
         steady = steady_instances(sources.own, sources.lib)
@@ -285,12 +286,12 @@ class _Program(World[Choice]):
         self._image.put(small.area(self._settings.size), small.link)
 
     def _get(self, small: Small, now_us: int) -> tuple[Wire, list[str]]:
-        """Return what the program has written, and the rules that it has broken."""
+        """Return the bytes that the program has written, and the rules that it has broken."""
         self._areas = so, si = small.area(self._settings.size), self._image.get()
         return Wire.of(si), self._monitors.scan(now_us, so, si, connected=small.link)
 
     def _exchanged(self) -> Sequence[tuple[bytes, bytes]]:
-        """Return what the program has read and written in the last scan."""
+        """Return the areas that the program has read and written in the last scan."""
         return (self._areas,)
 
     def _stopped(self, error: InputError) -> str:
@@ -349,7 +350,7 @@ def refuse(project: Project) -> None:
     if any(run.every > 1 for run in project.schedule):
         raise InputError(
             "the program has tasks of several intervals",
-            hint="explored are programs that run in every scan",
+            hint="explore a program whose tasks have the same interval",
         )
     clocks = [pou for pou in project.pous.values() if pou.clock]
     if clocks:

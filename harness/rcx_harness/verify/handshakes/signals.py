@@ -66,7 +66,7 @@ def _port_reader(text: str, areas: Areas | None, controller: int) -> Callable[[]
         raise InputError(f"{text}: the program has no robot", hint="name a variable of the program")
     count = len(areas())
     if controller > count:
-        raise InputError(f"no controller {controller}; the cell has {count}")
+        raise InputError(f"there is no controller {controller}; the cell has {count}")
     place.check(len(areas()[controller - 1][0]))
     side = 0 if place.output else 1
     return lambda: value_in(place, areas()[controller - 1][side])

@@ -109,7 +109,7 @@ class _Standing:
         return tuple(cell.exchanged()), places
 
     def told(self, program: Program) -> str:
-        """Return what the PLC and the robot programs wait for."""
+        """Return the message: the signals that the PLC and the robot programs wait for."""
         del program
         assert self.declared.within_us is not None
         still = f"nothing has moved for {format_us(self.declared.within_us)}"

@@ -18,9 +18,9 @@ from structured_text.errors import InputError
 
 __all__ = ["plc_waits", "robot_waits", "waits"]
 
-#: The PLC must react within this time [us], in at least and at most so many scans.
+#: The PLC must react within this time [us], with this least and greatest number of scans.
 _REACTS_US, _LEAST, _MOST = 1_000_000, 3, 200
-#: Pairs of bits are tried among so many bits at most.
+#: Pairs of bits are tried among at most this many bits.
 _MOST_IN_PAIRS = 12
 _WAIT = re.compile(r"\bWAIT\s+((?:[^':\"]|\"[^\"]*\")+)", re.IGNORECASE)
 
@@ -29,7 +29,7 @@ _Bit = tuple[int, Port]
 
 
 def waits(cell: Cell) -> str:
-    """Return what the PLC and all running robot programs wait for; empty if no program runs."""
+    """Return the signals that PLC and robot programs wait for; empty if no program runs."""
     robots = list(robot_waits(cell))
     if not robots:
         return ""
@@ -38,7 +38,7 @@ def waits(cell: Cell) -> str:
 
 
 def robot_waits(cell: Cell) -> Iterator[str]:
-    """Yield for each running robot program its line and what it waits for there."""
+    """Yield the line and the awaited signals of each running robot program."""
     for number, robot in enumerate(cell.robots, 1):
         which = f" of controller {number}" if len(cell.robots) > 1 else ""
         for task in robot.program.tasks:
@@ -111,7 +111,7 @@ class _Trial:
         return [bytes(area) for area in areas]
 
     def _outputs(self, areas: Sequence[bytes]) -> Iterator[list[bytes]]:
-        """Yield what the PLC writes, scan by scan, if it reads these areas all the time."""
+        """Yield the PLC's outputs, scan by scan, while it keeps reading these areas."""
         cell = self._cell
         cell.program.restore(self._before)
         for now_us in self._times:

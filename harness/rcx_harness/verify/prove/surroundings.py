@@ -120,7 +120,9 @@ class CellSurroundings(Surroundings):
         elif values.bits(kind) == value.size():
             machine[path] = value
         else:
-            raise UnsupportedError(f"{slot.path}: a {slot.kind} in the process image")
+            raise UnsupportedError(
+                f"{slot.path}: {slot.kind} in the process image is not supported"
+            )
 
 
 def _status(project: Project, number: int) -> Path | None:

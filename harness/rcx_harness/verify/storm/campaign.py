@@ -19,11 +19,11 @@ from structured_text.farm import Farm, ResultFile
 
 __all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
 
-#: Runs that are tried to shorten one class, and to separate one class from another.
+#: Number of runs to shorten one class, and to separate it from another class.
 _TRIES, _OTHERS = 150, 12
 #: Further runs that are tried to remove unnecessary actions of the recoveries.
 _MORE_TRIES = 80
-#: Most classes of one kind.
+#: Greatest number of classes of one kind.
 _MOST_OF_A_KIND = 5
 
 

@@ -1,4 +1,4 @@
-"""A user's demands on a cell: what the operator can do, what can fail, and what must hold."""
+"""The user's requirements on a cell: operator actions, faults, and properties."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class Demands:
             check_keys(table, _KEYS, file=file, every="keys are")
             for key, value in table.items():
                 if key in tables and key not in _PROPERTIES:
-                    raise InputError(f"{key} is in {tables[key][1]}, too", file=file)
+                    raise InputError(f"{key} is also in {tables[key][1]}", file=file)
                 tables[key] = value, file
         _check_names(properties)
         start = tuple(Stimulus.load(stimulus).entries) if stimulus is not None else ()
@@ -140,7 +140,7 @@ class Demands:
             try:
                 pressed = path in self.buttons or path in self.switches
                 if pressed and cell.program.type_of(path) != ElementaryType("BOOL"):
-                    raise InputError(f"{path} is no BOOL", hint="name it under values")
+                    raise InputError(f"{path} is not a BOOL", hint="name it under values")
                 for value in self.values.get(path, ()):
                     cell.program.write(path, typed(cell, path, value))
             except InputError as error:

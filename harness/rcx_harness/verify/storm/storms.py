@@ -81,7 +81,7 @@ class StormRun(ABC):
         """Do something after a storm when the cell works again; default: nothing."""
 
     def of(self, storms: Sequence[Storm]) -> None:
-        """Run storms one after the other."""
+        """Run several storms in sequence."""
         self.begin()
         for storm in storms:
             self.weather(storm)

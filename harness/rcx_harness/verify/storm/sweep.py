@@ -215,8 +215,8 @@ def _go_to(course: Course, scan: int) -> None:
     course.check()
     if course.failures:
         first = next(iter(course.failures.values()))
-        hint = "a sweep begins with a run in which nothing fails"
-        raise InputError(f"without any fault: {first}", hint=hint)
+        hint = "begin the sweep with a run in which nothing fails"
+        raise InputError(f"the run breaks a rule without any fault: {first}", hint=hint)
 
 
 def _fails(course: Course, inject: Inject) -> Failure | None:

@@ -26,7 +26,7 @@ __all__ = ["Run", "run_of", "run_snippet"]
 _LONGEST_US = 20_000_000
 #: Run time of a block without an end from its start; of any other block after its end.
 _AFTER_US = 300_000
-#: A chart that is true to scale begins so long before the start of the block.
+#: A chart that is true to scale begins this long before the start of the block.
 _BEFORE_US = 100_000
 
 #: WORD pins that repeat a BOOL, or a table of the page, as a number.
@@ -59,7 +59,7 @@ class Run:
 
     @property
     def timeline(self) -> Timeline:
-        """Return its chart."""
+        """Return the chart of the run."""
         return _Lanes(self.lanes)
 
 

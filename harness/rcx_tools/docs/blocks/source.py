@@ -95,7 +95,7 @@ class Pou:
 
     @property
     def name(self) -> str:
-        """Return its name, that of the file."""
+        """Return the name of the block, which is the name of its file."""
         return self.file.stem
 
     @property
@@ -111,7 +111,7 @@ class Pou:
         return inside or bool(re.search(r"\bPart of\b", head))
 
     def of(self, *sections: Section) -> list[Pin]:
-        """Return its pins of these sections."""
+        """Return the block's pins of these sections."""
         return [pin for pin in self.pins if pin.section in sections]
 
     def pin(self, name: str) -> Pin | None:
@@ -119,7 +119,7 @@ class Pou:
         return next((pin for pin in self.pins if pin.name == name), None)
 
     def errors(self) -> list[int]:
-        """Return its possible ErrorIDs: its own, and those of its parts."""
+        """Return the possible ErrorIDs of the block and of its inner blocks."""
         found: set[int] = set()
         todo, seen = [self], set[str]()
         while todo:

@@ -54,7 +54,7 @@ class Track:
         return any(begin - own < t_us <= end for t_us, _ in self._lane.changes)
 
     def lane_of(self, begin: int) -> Lane:
-        """Return its lane, with times counted from `begin`."""
+        """Return the lane of the track, with times counted from `begin`."""
         changes = [(t_us - begin, value) for t_us, value in self._lane.changes]
         return Lane(self.name, self._lane.kind, changes, show=self._lane.show)
 

@@ -176,7 +176,7 @@ class Judge:
         if one.name not in ("WritePoint", "ReadPoint"):
             return
         number, pulses = self._pin(one, "Point"), self._pin(one, "Pulses")
-        # Inputs are sampled at the edge; by now they may be those of the next request.
+        # Inputs are sampled at the edge; by now they may belong to the next request.
         if one.name == "ReadPoint":
             number = self._pin(one, "PointRead")
             known = self._points.get(number)

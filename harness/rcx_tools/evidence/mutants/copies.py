@@ -90,7 +90,7 @@ class _First:
         items[:] = sorted((item for item in items if self._place(item) >= 0), key=self._place)
 
     def _place(self, item: pytest.Item) -> int:
-        """Return its place among the wanted tests, or that of its file; -1 if it is not wanted."""
+        """Return the place of a test or its file among the wanted tests, or -1."""
         file = item.nodeid.partition("::")[0]
         return self._places.get(item.nodeid, self._places.get(file, -1))
 

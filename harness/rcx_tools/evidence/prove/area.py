@@ -35,7 +35,7 @@ __all__ = [
 INPUTS = 0x0043 | 0xF500
 #: SI(00) and SI(06): switching them OFF takes effect at once.
 STOPS = 0x0041
-#: Offset of the first of those two bytes, from m or n (chapter 1, 4.1).
+#: Offset of the first byte of the dedicated bits, from m or n (chapter 1, 4.1).
 DEDICATED = 32
 #: ErrorID of a second call in a scan (docs/reference/errors.md).
 AGAIN = 0x8037

@@ -33,7 +33,7 @@ Memory = Mapping[Path, Value]
 READY, RUNNING, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
 #: Answers of FB_ReadArea to the end statuses (docs/reference/errors.md: 16#8020, abnormal end).
 _ENDS = {NORMAL_END: 0x0200, ABNORMAL_END: 0x8020}
-#: All answers: those, nothing yet, not connected, not ready, command lost.
+#: All answers: the statuses, nothing yet, not connected, not ready, command lost.
 _ANSWERS = (*_ENDS.values(), 0x0000, 0x8001, 0x8002, 0x8014)
 #: Current position in pulses and in mm, and the bit of n + 2 that requests continuous output (guide
 #: 4.7.4). Continuous output has no end status; the status reset ends it.

@@ -74,14 +74,14 @@ class Library:
 
     @cached_property
     def project(self) -> Project:
-        """Return its checked sources.
+        """Return the checked sources of the library.
 
         Raises:
             InputError: the folder does not exist, or a source has an error.
         """
         sources = sorted(self.folder.rglob("*.st"))
         if not sources:
-            there = "holds no .st file" if self.folder.is_dir() else "is no folder"
+            there = "holds no .st file" if self.folder.is_dir() else "is not a folder"
             raise InputError(f"{self.folder} {there}", hint="name a copy of plc/lib")
         return checked(sources, self._parsed)
 

@@ -33,7 +33,7 @@ __all__ = [
     "law_of",
 ]
 
-#: Blocks with many inner blocks, which are proved from the proofs of those.
+#: Blocks with many inner blocks: their proofs use the proofs of the inner blocks.
 OUTLINED = ("FB_MOVETABLE", "FB_PICKPLACE", "FB_WORKCYCLE")
 #: Index of PHASE_COMMAND_RUN in RCX_PHASE.
 COMMAND_RUN = 3

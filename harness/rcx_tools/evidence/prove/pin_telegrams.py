@@ -43,7 +43,7 @@ WORDS = range(15)
 _SPACE = 0x20
 #: Conditions in the reading that name one number, and the range it stands for (guide 4.4.1).
 _SPANS = {("Variable1", "0"): (0, 31), ("Variable1", "256"): (256, 287)}
-#: (factor, lowest and highest REAL, greatest result); without a lowest one, both signs.
+#: (factor, lowest and highest REAL, greatest result); lowest None: both signs.
 ROUNDED = (
     (1000, None, 8191.999, 8_191_999),
     (100, 0.009, 100.0, 10_000),

@@ -10,12 +10,13 @@ from functools import lru_cache
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any
 
-from structured_text.engines.builtin import byte_views, references
-from structured_text.engines.builtin.blocks import BODIES, CLASSES
+from structured_text.engines.builtin import byte_views, heap, references
+from structured_text.engines.builtin.blocks import CLASSES, bodies
 from structured_text.engines.builtin.code import Code
 from structured_text.engines.builtin.collector import Collector, collecting
 from structured_text.engines.builtin.runtime import NAMES
 from structured_text.language import cache
+from structured_text.language.dialects import rules_of
 from structured_text.language.project import Project
 
 __all__ = ["Module", "module_of"]
@@ -39,8 +40,10 @@ class Module:
         self.project = project
         self.resolved: dict[str, Resolved] = {}
         self.names: dict[str, Any] = {**NAMES, **references.NAMES, **byte_views.NAMES}
+        self.names.update(heap.NAMES)
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
-        self.names.update({f"body_{name}": found for name, found in BODIES.items()})
+        executed = bodies(rules_of(project.dialect))
+        self.names.update({f"body_{name}": found for name, found in executed.items()})
         self._noted: set[str] = set()
         # The length is bounded, because calls of instances that nobody observes are recorded, too.
         self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)

@@ -53,6 +53,7 @@ class _Snapshot(NamedTuple):
     module: Module
     scans: int
     data: tuple[Any, ...]
+    made: tuple[Any, ...] = ()
 
 
 class _CallLog:
@@ -116,6 +117,18 @@ class BuiltinProgram(OfProject):
         if shared is not None and shared.type is block:
             return getattr(self._globals, key)
         return self.module.names[f"b_{key}"](self._globals)
+
+    def pace(self, scan_us: int) -> None:
+        """Run the tasks beside a program without a task in their intervals; see `Program.pace`."""
+        if not self.project.free:
+            return
+        intervals = {
+            name: task.interval_us for task in self.project.tasks for name in task.instances
+        }
+        self._runs = [
+            (max(1, round(intervals.get(run.instance, 0) / scan_us)), body, instance)
+            for run, (_, body, instance) in zip(self.project.schedule, self._runs, strict=True)
+        ]
 
     @classmethod
     def build(cls, project: Project, collector: Collector | None = None) -> BuiltinProgram:
@@ -349,9 +362,10 @@ class BuiltinProgram(OfProject):
     def snapshot(self) -> object:
         """Return the whole state, as a value that `restore` accepts."""
         data = tuple(save(part) for part, save, _ in self._parts)
-        if self._has_pointers:
-            data = self._holders.saved(data)
-        return _Snapshot(self.module, self._scans, data)
+        made = self._globals.heap.saved(self.module.names)
+        if self._has_pointers or made:
+            data, made = self._holders.saved(data), self._holders.saved(made)
+        return _Snapshot(self.module, self._scans, data, made)
 
     def restore(self, snapshot: object) -> None:
         """Return to a state that `snapshot` gave, of this or another instance of the program.
@@ -361,6 +375,10 @@ class BuiltinProgram(OfProject):
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
             raise InputError("this snapshot is of another program")
         self._scans = snapshot.scans
+        heap, names = self._globals.heap, self.module.names
+        if heap or snapshot.made:
+            heap.make(snapshot.made, names, self._globals)
+            heap.load(self._holders.loaded(snapshot.made), names)
         data = self._holders.loaded(snapshot.data) if self._has_pointers else snapshot.data
         for (part, _, load), saved in zip(self._parts, data, strict=True):
             load(part, saved)
@@ -404,7 +422,7 @@ def _element(place: _Place) -> str:
         return element.name
     raise InputError(
         f"{place.path} is of type {describe(kind)}",
-        hint="an array of BYTE or WORD can be read and written as bytes",
+        hint="name an array of BYTE or WORD",
     )
 
 
@@ -412,7 +430,7 @@ def _fault(error: Exception) -> str:
     if isinstance(error, ProgramError):
         return str(error)
     if isinstance(error, RecursionError):
-        return "calls too deep inside each other: a block or function calls itself"
+        return "calls nested too deeply: a block or function calls itself"
     if isinstance(error, ZeroDivisionError):
         return "division by zero"
     if isinstance(error, OverflowError):

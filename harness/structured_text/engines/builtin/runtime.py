@@ -20,8 +20,7 @@ from structured_text.language.scalars import (
 
 __all__ = ["FUSE", "NAMES", "ProgramError"]
 
-#: Number of rounds after which a loop counts as endless; so many do not fit into the scan of any
-#: PLC.
+#: After this many rounds a loop counts as endless: no PLC runs them in one scan.
 FUSE = range(1_000_000)
 
 _SECOND = 1_000_000_000
@@ -108,6 +107,23 @@ def _to_unsigned(value: float) -> int:
     return round(value) if value >= 0 else 0
 
 
+def _real_by(dividend: float, divisor: float) -> float:
+    """Divide two reals as IEEE 754 does; the divisor may be 0."""
+    if divisor:
+        return dividend / divisor
+    if not dividend or math.isnan(dividend):
+        return math.nan
+    return math.copysign(math.inf, dividend) * math.copysign(1.0, divisor)
+
+
+def _root_nan(value: float) -> float:
+    return math.nan if value < 0 else math.sqrt(value)
+
+
+def _root_absolute(value: float) -> float:
+    return math.sqrt(abs(value))
+
+
 def _time_times(time: int, factor: float) -> int:
     return math.trunc(time * factor)
 
@@ -118,13 +134,13 @@ def _time_by(time: int, divisor: float) -> int:
 
 def _shl(value: int, count: int, mask: int) -> int:
     if count < 0:
-        raise ProgramError(f"a shift by {count}")
+        raise ProgramError(f"the shift count {count} is negative")
     return value << count & mask if count < 64 else 0
 
 
 def _shr(value: int, count: int) -> int:
     if count < 0:
-        raise ProgramError(f"a shift by {count}")
+        raise ProgramError(f"the shift count {count} is negative")
     return value >> count
 
 
@@ -141,7 +157,7 @@ def _limit(low: Any, value: Any, high: Any) -> Any:
 
 def _mux(index: int, *values: Any) -> Any:
     if not 0 <= index < len(values):
-        raise ProgramError(f"MUX selects {index} of {len(values)} inputs")
+        raise ProgramError(f"MUX selects input {index}, but has inputs 0 to {len(values) - 1}")
     return values[index]
 
 
@@ -150,7 +166,7 @@ def _mux(index: int, *values: Any) -> Any:
 
 def _length(count: int) -> int:
     if count < 0:
-        raise ProgramError(f"a length or position of {count} in a STRING function")
+        raise ProgramError(f"a STRING function has the negative length or position {count}")
     return count
 
 
@@ -169,7 +185,7 @@ def _mid(text: str, count: int, position: int) -> str:
 
 def _position(position: int) -> int:
     if position < 1:
-        raise ProgramError(f"position {position} in a STRING; the first is 1")
+        raise ProgramError(f"a STRING function has position {position}, but positions begin at 1")
     return position - 1
 
 

@@ -8,6 +8,7 @@ program. A snapshot is a copy of their bytes.
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import struct
 import tempfile
@@ -94,7 +95,9 @@ class NativeProgram(OfProject):
     dialect: Dialect
 
     def __init__(self, project: Project, image: bytes) -> None:
-        self.tick_us = project.tick_us
+        # A native scheduler counts in the tick of the tasks, also for programs without a task.
+        intervals = [task.interval_us for task in project.tasks]
+        self.tick_us = math.gcd(*intervals) if intervals else None
         self.project = project
         self._image = image
         library, self.close = _load_private_copy(self, image)
@@ -137,7 +140,7 @@ class NativeProgram(OfProject):
         if wrong is not None:
             raise InputError(
                 wrong.decode("utf-8", "replace"),
-                hint="--engine builtin tells the file and line",
+                hint="run it with --engine builtin to see the file and line",
             )
 
     def read(self, path: str) -> Value:
@@ -235,7 +238,7 @@ class NativeProgram(OfProject):
         if not isinstance(kind, ArrayType) or kind.element not in _BYTES:
             raise InputError(
                 f"{slot.path} is of type {describe(kind)}",
-                hint="only an array of BYTE or WORD can be taken as bytes",
+                hint="name an array of BYTE or WORD",
             )
         width, form = _BYTES[kind.element]
         count = array_length(kind)

@@ -59,7 +59,7 @@ class Dialect:
 
     @property
     def words_of(self) -> Words:
-        """Return its list of functions and blocks."""
+        """Return the tool's list of functions and blocks."""
         return words(self.listed)
 
     def name(self, text: str) -> str:

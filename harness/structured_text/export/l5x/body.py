@@ -109,7 +109,7 @@ class _Writer:
             aoi.locals.append(Tag(name, Data(data), "Local", initial))
         names = [tag.name.upper() for tag in (*aoi.parameters, *aoi.locals)]
         if len(set(names)) != len(names):
-            raise NotCarriedError("one of its names is needed for a tag of the translation")
+            raise NotCarriedError("it uses a name that the translation needs for its own tag")
         return aoi
 
     def _first_scan(self) -> None:

@@ -146,7 +146,7 @@ class ExpressionWriter:
         if kind == "STRING":
             return f"{self.tag(left)} {node.op} {self.tag(right)}"
         if node.op in ("<", ">", "<=", ">=") and kind == "DWORD":
-            raise NotCarriedError("DWORD compared by size")
+            raise NotCarriedError("a DWORD cannot be compared by size")
         chained = node.op in ("AND", "OR") and isinstance(left, t.Binary) and left.op == node.op
         first = self.text(left) if chained else self._operand(left)
         text = f"{first} {node.op} {self._operand(right)}"
@@ -154,9 +154,9 @@ class ExpressionWriter:
             return _masked(text, node.type)
         name = getattr(node.type, "name", "")
         if node.op == "*" and name in ("USINT", "UINT", "UDINT"):
-            raise NotCarriedError(f"a product of {name}")
+            raise NotCarriedError(f"a product of {name} cannot be translated")
         if node.op in ("*", "/") and name == "TIME":
-            raise NotCarriedError("a multiple or a part of a TIME")
+            raise NotCarriedError("a TIME cannot be multiplied or divided")
         return text
 
     def _call(self, node: t.CallFunction) -> str:
@@ -244,7 +244,7 @@ class ExpressionWriter:
             return self._shifted(name, value, by, bits)
         count = int(by.value)
         if not 0 <= count < bits:
-            raise NotCarriedError(f"a shift of {bits} bits by {count}")
+            raise NotCarriedError(f"{bits} bits cannot be shifted by {count}")
         if count == 0:
             return self.text(value)
         factor = 1 << count
@@ -260,7 +260,7 @@ class ExpressionWriter:
     def _shifted(self, name: str, value: t.Expression, by: t.Expression, bits: int) -> str:
         """Return a shift by a number known only at run time; a loop shifts by one bit at a time."""
         if bits == 32:
-            raise NotCarriedError("a shift of a DWORD by a variable")
+            raise NotCarriedError("a DWORD cannot be shifted by a variable")
         kept, left = self.temporary("DINT"), self.temporary("DINT")
         step = f"({kept} * 2) AND 16#{(1 << bits) - 1:X}" if name == "SHL" else f"{kept} / 2"
         self.before += [
@@ -277,7 +277,7 @@ class ExpressionWriter:
         first = self.tag(arguments[0])
         if name in ("CONCAT", "FIND"):
             if len(arguments) != 2:
-                raise NotCarriedError(f"{name} of more than two texts")
+                raise NotCarriedError(f"{name} cannot take more than two texts")
             second = self.tag(arguments[1])
             if name == "CONCAT":
                 result = self.temporary("STRING")

@@ -206,7 +206,7 @@ def check_name(name: str) -> str:
     if len(name) > _LONGEST_NAME:
         raise NotCarriedError(f"the name {name} is longer than {_LONGEST_NAME} characters")
     if name.endswith("_") or "__" in name:
-        raise NotCarriedError(f"the name {name} has underscores where none may be")
+        raise NotCarriedError(f"the name {name} has two underscores in a row or one at its end")
     return name
 
 
@@ -237,7 +237,7 @@ def value_text(value: Any, kind: Type) -> str:
     if name == "TIME":
         number, rest = divmod(number, _NANOSECONDS_PER_MS)
         if rest:
-            raise NotCarriedError("a time with parts of a millisecond")
+            raise NotCarriedError("a TIME has a fraction of a millisecond")
     if name in ("BYTE", "WORD", "DWORD"):
         return f"16#{number:0{DIGITS[name]}X}"
     if not -(1 << 31) < number < 1 << 31:
@@ -247,7 +247,7 @@ def value_text(value: Any, kind: Type) -> str:
 
 def _string(text: str) -> str:
     if len(text) > _LONGEST_STRING:
-        raise NotCarriedError(f"a text longer than {_LONGEST_STRING} characters")
+        raise NotCarriedError(f"a text has more than {_LONGEST_STRING} characters")
     return "'" + "".join(_character(one) for one in text) + "'"
 
 

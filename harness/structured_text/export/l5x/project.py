@@ -40,7 +40,7 @@ _ABOUT = (
 
 
 def to_l5x(sources: Sources) -> Output:
-    """Write the sources as one L5X file; `missing` lists what has no counterpart."""
+    """Write the sources as one L5X file; `missing` lists the parts without a counterpart."""
     project = sources.project
     lost: list[Missing] = []
     arrays = {sources.names.byte_image: "SINT", sources.names.word_image: "INT"}
@@ -107,7 +107,7 @@ def _types(sources: Sources, images: Images, lost: list[Missing]) -> dict[str, s
                 for _, inner in kind.fields:
                     if data_of(inner, images).type in gone:
                         raise NotCarriedError(
-                            f"needs {data_of(inner, images).type}, which is not carried"
+                            f"needs {data_of(inner, images).type}, which cannot be exported"
                         )
                 found[kind.name] = data_type(kind, part.header, part.notes, images)
             except NotCarriedError as error:
@@ -130,7 +130,7 @@ def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> Non
     """Refuse a POU that needs a type or block that is not exported."""
     for name in (*made.types, *made.blocks):
         if name not in types and name not in aois:
-            raise NotCarriedError(f"needs {name}, which is not carried")
+            raise NotCarriedError(f"needs {name}, which cannot be exported")
 
 
 def _check_words(made: Aoi, aois: dict[str, Aoi]) -> None:

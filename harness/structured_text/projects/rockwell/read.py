@@ -323,7 +323,7 @@ class _Reader:
         try:
             return deeply(partial(translated, lines, scope))
         except RecursionError:
-            text = "has statements or expressions too deep inside each other"
+            text = "has statements or expressions nested too deeply"
             return Foreign(kind, routine.at, text)
         except InputError as error:
             hint = f" ({error.hint})" if error.hint else ""

@@ -155,15 +155,15 @@ _TOO_DEEP = [
     ("\nX := " + " + ".join(["Y"] * 11_000) + ";", "10,000 operators", 4),
     ("\nX := " + "(Y + " * 11_000 + "Y" + ")" * 11_000 + ";", "10,000 operators", 4),
     ("\nX := " + "-(" * 52_000 + "Y" + ")" * 52_000 + ";", "too many operators", 4),
-    ("X := 16#" + "F" * 5_000 + ";", "a literal of 5003 characters", 3),
+    ("X := 16#" + "F" * 5_000 + ";", "the literal has 5003 characters", 3),
     ("X := " + " * ".join(["999999999"] * 900) + ";", "constant expression is too large", 3),
 ]
 
 
 @pytest.mark.exhaustive(but=["check-body4-16 loops-20", "check-body3-16 loops-20",
-                             "check-body9-a literal of 5003 characters-3",
+                             "check-body9-the literal has 5003 characters-3",
                              "check-body5-16 loops-20", "run-body3-16 loops-20",
-                             "run-body9-a literal of 5003 characters-3", "run-body4-16 loops-20",
+                             "run-body9-the literal has 5003 characters-3", "run-body4-16 loops-20",
                              "run-body5-16 loops-20", "check-body0-64 statements-67",
                              "run-body0-64 statements-67", "check-body1-64 statements-66",
                              "run-body2-64 statements-67", "check-body2-64 statements-67",

@@ -46,10 +46,10 @@ END_PROGRAM
         ("WHILE I = 0 DO K := K + 1; END_WHILE;", "this loop has not ended after 1000000 rounds"),
         ("L := SQRT(LREAL#-1.0 + REAL_TO_LREAL(R));", "a function is not defined for its argument"),
         ("L := EXP(LREAL#1000.0);", "a result is too large"),
-        ("W := SHL(W, I - 1);", "a shift by -1"),
-        ("S1 := MID('abc', 1, I);", "position 0 in a STRING; the first is 1"),
-        ("S1 := LEFT('abc', I - 2);", "a length or position of -2"),
-        ("K := MUX(I + 2, 5, 6);", "MUX selects 2 of 2 inputs"),
+        ("W := SHL(W, I - 1);", "the shift count -1 is negative"),
+        ("S1 := MID('abc', 1, I);", "a STRING function has position 0, but positions begin at 1"),
+        ("S1 := LEFT('abc', I - 2);", "a STRING function has the negative length or position -2"),
+        ("K := MUX(I + 2, 5, 6);", "MUX selects input 2, but has inputs 0 to 1"),
     ],
 )
 def test_a_fault_has_the_line_of_its_statement(build: Build, statement: str, message: str) -> None:

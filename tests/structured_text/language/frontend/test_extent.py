@@ -54,9 +54,7 @@ def test_arrays_of_arrays_are_counted_from_the_inside(mistakes_of: Errors) -> No
     assert error.message.startswith("this array has 4,194,303 elements, and a program has at most")
     flat = "ARRAY[0..0] OF " * 130
     (error,) = mistakes_of(f"PROGRAM Own VAR a: {flat}INT; END_VAR END_PROGRAM")
-    assert (
-        error.message == "this array has more than 120 arrays, structures and blocks in each other"
-    )
+    assert error.message == "this array has more than 120 nested arrays, structures and blocks"
 
 
 @pytest.fixture
@@ -146,12 +144,12 @@ def test_a_name_has_an_end(mistakes_of: Errors) -> None:
 
     Source: docs/reference/limits.md, programs.
     """
-    error, _ = mistakes_of(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
-    assert error.message == f"a name of 100,000 characters: {'y' * 40}..."
+    (error,) = mistakes_of(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
+    assert error.message == f"this name has 100,000 characters: {'y' * 40}..."
 
 
 def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) -> None:
-    """Each of them would look for its end through the whole rest of the file: for hours.
+    """If each comment searched the rest of the file for its end, this would take hours.
 
     Source: docs/reference/limits.md.
     """
@@ -161,7 +159,7 @@ def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) 
 
 def test_comments_behind_names_in_a_case_are_looked_at_once(mistakes_of: Errors) -> None:
     """Source: docs/reference/limits.md."""
-    rows = "y; (* *) (* *)\n" * 60
+    rows = "y (* *) (* *)\n" * 60
     found = mistakes_of(
         f"PROGRAM Own VAR x, y: INT; END_VAR CASE x OF 1: y := 1;\n{rows}END_CASE; END_PROGRAM"
     )

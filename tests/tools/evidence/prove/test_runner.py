@@ -214,7 +214,7 @@ def _used(copy: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (_no_folder, "copy is no folder; name a copy of plc/lib"),
+        (_no_folder, "copy is not a folder; name a copy of plc/lib"),
         (_empty, "copy holds no .st file; name a copy of plc/lib"),
         (_syntax, "FB_A.st:6:1: 'y' is not expected here"),
         (_lacking, "copy has no FB_A; a copy of plc/lib has every block of it"),

@@ -97,7 +97,7 @@ def late_level(ask: Asker) -> None:
 
 @still({"interval-stops": ()}, does="SI(16) goes ON, 60 ms later SI(00) OFF.")
 def stop_at_once(ask: Asker) -> None:
-    """Is a switch-off of SI(00) taken at once, whatever came before?"""
+    """Is a switch-off of SI(00) accepted at once, also directly after another change?"""
     reset(ask)
     ask.turn("SI16", True)
     ask.turn("SI00", False, after_us=_SOON_US)

@@ -185,7 +185,7 @@ class _Comparison:
             self.problem = f"only {self.scans} of {scans} scans could be compared"
 
     def _scan(self) -> bool:
-        """Compare one scan; return whether the instance can go on."""
+        """Compare one scan; return whether the instance can continue."""
         translation = self._translation
         now = self._states.now // self._engine.step * self._engine.step
         before = self._engine.read()
