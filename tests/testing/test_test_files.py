@@ -9,6 +9,7 @@ import pytest
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.testing.suites import FRAMEWORK
+from rcx_harness.testing.suites.check import check_suites
 from structured_text.testing.suites.results import Case, Results
 from structured_text.testing.suites.run import run_suites
 
@@ -151,6 +152,34 @@ def test_a_mocked_instance_is_not_executed_and_a_mocked_function_returns_its_val
     assert found["mocks"] == (4, [])
     expected = ["61: expected > 3, actual 3: ASSERT_GT(m.sum, 3)"]
     assert found["mocks end with their test"] == (3, expected)
+
+
+def test_a_test_of_pytest_runs_suites_and_lists_what_fails(tmp_path: Path) -> None:
+    """Source: docs/how-to/unit-tests.md."""
+    file = tmp_path / "test.st"
+    file.write_text('TEST "good"\nASSERT_TRUE(TRUE);\nEND_TEST\n')
+    assert check_suites(file).passed
+    file.write_text('TEST "bad"\nASSERT_TRUE(FALSE);\nEND_TEST\n')
+    with pytest.raises(AssertionError, match=r"FAILED test.bad\n.*test.st:2: expected TRUE"):
+        check_suites(file)
+
+
+@pytest.mark.exhaustive
+def test_mutants_are_judged_by_the_suites(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: docs/how-to/unit-tests.md."""
+    monkeypatch.chdir(tmp_path)
+    block = "FUNCTION_BLOCK B\nVAR_OUTPUT y : INT; END_VAR\ny := y + 1;\nEND_FUNCTION_BLOCK\n"
+    Path("b.st").write_text(block)
+    test = 'TEST "counts"\nVAR b : B; END_VAR\nb();\nASSERT_EQ(b.y, 1);\nb();\nASSERT_EQ(b.y, 2);\n'
+    Path("suite.st").write_text(f"{test}END_TEST\n")
+    Path("test_b.py").write_text(
+        "from rcx_harness.testing.suites.check import check_suites\n"
+        "def test_suites():\n    check_suites(['b.st', 'suite.st'])\n"
+    )
+    assert main(["mutants", "b.st", "--", "pytest", "-q", "-p", "no:cacheprovider"]) == 0
+    assert " survive: 100.0 %" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
