@@ -12,7 +12,15 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.sources import source_files
-from rcx_harness.cli.options import Lib, Replace, Sources, replacements, with_options
+from rcx_harness.cli.options import (
+    Device,
+    Dialect,
+    Lib,
+    Replace,
+    Sources,
+    replacements,
+    with_options,
+)
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.testing.suites import FRAMEWORK
 from structured_text.coverage.output import check_fail_under, check_folder, conclude
@@ -48,6 +56,8 @@ class Options:
     ] = None
     lib: Lib = None
     replace: Replace = None
+    dialect: Dialect = None
+    device: Device = ""
     coverage: Annotated[
         bool, typer.Option("--coverage", help="Count which statements and branches run, and MC/DC.")
     ] = False
@@ -72,7 +82,9 @@ def test_(given: Options) -> None:
     little coverage, 2 on bad input.
     """
     collector = _collector(given)
-    sources = source_files(given.files, given.lib, replacements(given.replace))
+    sources = source_files(
+        given.files, given.lib, replacements(given.replace), given.dialect, given.device
+    )
     if given.junit is not None:
         check_junit(given.junit, sources)
     if collector is not None:
