@@ -50,6 +50,7 @@ KEYWORDS = frozenset(
 
 PUNCTUATION = {
     ":=": "ASSIGN",
+    "?=": "ATTEMPT",
     "=>": "SENDTO",
     "<=": "LE",
     ">=": "GE",
@@ -95,6 +96,10 @@ _UNSUPPORTED = {
     "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
+#: Tokens before a name that is declared or used: such a word is the name.
+_BEFORE_NAMES = frozenset(
+    ("DOT", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD", "PROPERTY", "PROGRAM", "CLASS")
+)
 #: Text behind such a word if it is the keyword and not a variable of that name.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 
@@ -111,13 +116,14 @@ _PATTERN = re.compile(
         | L?(?:D|DATE|TOD|TIME_OF_DAY|DT|DATE_AND_TIME)\#[\d:.\-_]+
         | W?(?:CHAR|STRING)\#(?:'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
         | [A-Z_]\w*\#[-+]?
-          (?:\d+\#\w+|\d[\d_]*(?:\.\d[\d_]*)?E[-+]?\d+|\d[\d_]*\.\d[\d_]*|\d\w*|[A-Z_]\w*)
+          (?:\d+\#\w+|[ \t]+[A-Z_]\w*
+          |\d[\d_]*(?:\.\d[\d_]*)?E[-+]?\d+|\d[\d_]*\.\d[\d_]*|\d\w*|[A-Z_]\w*)
       )
     | (?P<IDENT>[A-Z_]\w*)
     | (?P<comment>\(\*)
     | (?P<line_comment>//)
     | (?P<block_comment>/\*)
-    | (?P<punctuation>:=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
+    | (?P<punctuation>:=|\?=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
     | (?P<REALNUM>\d[\d_]*(?:\.\d[\d_]*(?:E[-+]?\d+)?|E[-+]?\d+))
     | (?P<INTEGER>(?:2|8|10|16)\#\w+|\d[\d_]*)
     | (?P<STRING>'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
