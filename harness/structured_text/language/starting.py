@@ -72,7 +72,9 @@ def instance_sections(node: s.Pou) -> Iterator[s.Section]:
     for member in node.members:
         accessors = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)
         for method in accessors:
-            for section in method.sections if method is not None else ():
+            if method is None:
+                continue
+            for section in method.sections:
                 if section.kind != "VAR_INST":
                     continue
                 variables = tuple(
