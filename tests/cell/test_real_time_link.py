@@ -25,7 +25,7 @@ def link() -> Iterator[RealTimeLink]:
 
 
 def eventually(link: RealTimeLink, condition: Callable[[], bool]) -> None:
-    """Wait, by requests to the adapter, until something is so."""
+    """Wait, by requests to the adapter, until a condition holds."""
     for _ in range(100_000):
         if condition():
             return

@@ -68,7 +68,7 @@ def scan(
 
 
 def eventually(adapter: Adapter, condition: Callable[[], bool]) -> None:
-    """Wait, by requests to the adapter, until something is so."""
+    """Wait, by requests to the adapter, until a condition holds."""
     with Client(*adapter.address, timeout_s=60.0) as client:
         for _ in range(100_000):
             if condition():

@@ -1,6 +1,6 @@
-"""The standard's functions and blocks beyond those of the second edition, by hand at their limits.
+"""Functions and blocks of later editions of the standard, with values by hand at the limits.
 
-Source: IEC 61131-3:2013, tables 22 to 46; what tools have besides is marked so.
+Source: IEC 61131-3:2013, tables 22 to 46; extensions of tools are marked.
 """
 
 from __future__ import annotations
