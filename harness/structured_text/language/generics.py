@@ -91,9 +91,8 @@ class _Maker:
             text = f"{pou.name.text} takes {len(names)} generic constants, not {len(values)}"
             if len(names) == len(values):
                 text = f"more than {_MOST_MADE} blocks of generic constants"
-            file = self._sources[place].file
-            at = {"line": spec.at.line, "column": spec.at.column}
-            self._errors[place].append(InputError(text, file=file, **at))
+            file, (line, column) = self._sources[place].file, spec.at
+            self._errors[place].append(InputError(text, file=file, line=line, column=column))
             return replace(spec, generics=())
         shown = "_".join(re.sub(r"\W+", "_", expression_text(one)) for one in values)
         name = s.Name(f"{pou.name.text}__{shown}", spec.name.at)

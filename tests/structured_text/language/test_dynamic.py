@@ -71,6 +71,7 @@ FUNCTION_BLOCK FBD
   METHOD FB_exit : BOOL VAR_INPUT C : BOOL; END_VAR __DELETE(Data); Exits := Exits * 10 + 1;
     END_METHOD
   METHOD Inc : INT B := B + 1; Inc := B; END_METHOD
+  METHOD Leave __DELETE(THIS); END_METHOD
   B := A + Data^.A; END_FUNCTION_BLOCK
 FUNCTION_BLOCK FBE EXTENDS FBD
   METHOD FB_exit : BOOL VAR_INPUT C : BOOL; END_VAR Exits := Exits * 10 + 2; END_METHOD
@@ -212,6 +213,7 @@ def test_a_wrong_query_is_refused(mistakes_of: Mistakes, body: str, message: str
         ("D := __NEW(FBD); D^(A := 3, B => N); I := D^.Inc();", {"N": 7, "I": 8}),
         ("D := __NEW(FBD); __DELETE(D); IF D = 0 THEN N := 1; END_IF;", {"N": 1, "Exits": 1}),
         ("D := __NEW(FBE); N := D^.Inc(); E := __NEW(FBE); __DELETE(E);", {"N": 1, "Exits": 21}),
+        ("D := __NEW(FBD); D^.Leave(); N := 1;", {"N": 1, "Exits": 1}),
         ("__DELETE(D); N := 1;", {"N": 1, "Exits": 0}),
         ("N := F_Sum(5); I := F_Sum(1);", {"N": 10, "I": 0}),
         ("A := __NEW(FBA(K := 21)); N := A^.Get(); A := __NEW(FBA(4)); I := A^.Get();",
@@ -233,6 +235,12 @@ def test_new_makes_started_variables_and_delete_ends_them(
 ) -> None:
     """CODESYS help, "Operator '__NEW'" and "Operator '__DELETE'"."""
     _values(build, _program(_NEW, _N_VARS, body), expected)
+
+
+def test_the_plain_interface_of_the_tool_is_a_type(build: Build) -> None:
+    _values(
+        build, _program("", "I : __SYSTEM.IQueryInterface; B : BOOL;", "B := I = 0;"), {"B": True}
+    )
 
 
 def test_a_snapshot_has_the_variables_that_new_has_made(build: Build) -> None:

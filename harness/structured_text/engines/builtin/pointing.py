@@ -131,6 +131,8 @@ class Pointing:
             in_list = is_scalar(node.made) or isinstance(node.made, ArrayType)
             held = f"[{created}]" if in_list else created
             return f"heap_new(g, {held}, {self._number(node.made)})"
+        if isinstance(node, t.Delete) and isinstance(node.pointer, t.Address):
+            return f"heap_delete(g, {self._code.exact(node.pointer)})"
         if isinstance(node, t.Delete):
             before: list[str] = []
             place = self._place(node.pointer, before)
