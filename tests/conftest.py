@@ -68,7 +68,7 @@ def _let_children_hear_signals(*, is_worker: bool) -> None:
 
     A shell starts background jobs with SIGINT ignored, and `nohup` ignores SIGHUP. Every child
     inherits that, but the tests of these signals need children that do not ignore them. The
-    handler of SIGHUP does nothing, so that the tests themselves still go on after `nohup`.
+    handler of SIGHUP does nothing, so that the tests themselves still continue after `nohup`.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -135,7 +135,7 @@ def pytest_testnodedown(node: Any, error: object) -> None:
 def pytest_terminal_summary(
     terminalreporter: pytest.TerminalReporter, config: pytest.Config
 ) -> None:
-    """Print in a few last lines what was skipped or left out, and how to repeat a failure."""
+    """Print the skipped and omitted tests in a few last lines, and how to repeat a failure."""
     stats = terminalreporter.stats
     skipped = [report.longrepr[2] for report in stats.get("skipped", [])]
     no_engine: list[str] = config.stash[_NO_ENGINE]

@@ -84,6 +84,9 @@ class InputError(Exception):
         column: int | None = None,
         hint: str = "",
     ) -> None:
+        place = getattr(file, "place", None)  # of a source that has lines of two files
+        if place is not None and line is not None:
+            file, line = place(line)
         self.message = message
         self.file = str(file) if file is not None else None
         self.line = line

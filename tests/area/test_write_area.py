@@ -1,4 +1,4 @@
-"""FB_WriteArea: what goes into the process image, and what is left alone."""
+"""FB_WriteArea: bytes that it writes into the process image, and bytes that it does not touch."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ def test_a_missing_plc_is_one_line(capsys: Captured) -> None:
     assert main(["bridge", "--plc", "127.0.0.1:1", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("rcx: no Modbus TCP connection to 127.0.0.1:1: ")
-    assert "; is its Modbus server on; --wait starts without it" in error
+    assert "; switch its Modbus server on, or start the bridge with --wait" in error
     assert error.count("\n") == 1
 
 
@@ -159,7 +159,7 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
     [
         (["--size", "64"], "an area of 64 bytes does not exist"),
         (["--size", "256"], "its areas have another size: try --size 48"),
-        (["--read", "190"], "illegal data address; does the PLC have these registers"),
+        (["--read", "190"], "illegal data address; check that the PLC has these registers"),
         (["--read", "1020"], "the registers 1020 to 1044 and 1024 to 1048 overlap"),
         (["--unit", "256"], "--unit 256 is not a unit identifier"),
         (["--period", "0ms"], "--period 0ms cannot be served; use 1ms to 1s"),

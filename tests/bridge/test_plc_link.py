@@ -77,7 +77,7 @@ def test_registers_that_the_plc_does_not_have_are_named(link_to: Callable[..., P
     assert "reading of holding registers 190 to 214 was refused: Modbus exception 2, " in str(
         refused.value
     )
-    assert "illegal data address; does the PLC have these registers" in str(refused.value)
+    assert "illegal data address; check that the PLC has these registers" in str(refused.value)
     link = link_to(0, 1210)
     with pytest.raises(PlcError, match="writing of holding registers 1210 to 1234 was refused"):
         link.write(range(25))

@@ -49,7 +49,8 @@ def test_before_packets_come_the_robot_is_not_there() -> None:
     assert link.read() == Lost("robot: packets have not come yet")
     scanner.dropped = "of a wrong length (20 bytes instead of 50)"
     assert link.read() == Lost(
-        "robot: no packet is taken, those that come are of a wrong length (20 bytes instead of 50)"
+        "robot: packets arrive, but cannot be used: they are "
+        "of a wrong length (20 bytes instead of 50)"
     )
     scanner.connected = True
     assert link.read() == bytes([7] * 48)

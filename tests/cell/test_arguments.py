@@ -29,7 +29,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
 
 @pytest.mark.parametrize("number", [-1, _NAN, True, 1.5, "2", None, 10**30])
 def test_a_number_of_scans_is_a_whole_number_from_0_on(cell: Cell, number: Any) -> None:
-    """Source: Cell.scan and Cell.takes: so many scans."""
+    """Source: Cell.scan and Cell.takes: this many scans."""
     with pytest.raises(InputError, match="the number of scans cannot be"):
         cell.scan(number)
     with pytest.raises(InputError, match="scans cannot be"), cell.takes(scans=number):
@@ -53,7 +53,7 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.inject("power_off", controller=True), "no controller True; the cell has 1"),
     (lambda c: c.inject("power_off", controller=1.0), "no controller 1.0"),  # type: ignore[arg-type]
     (lambda c: c.inject("power_off", controller=0), "no controller 0"),
-    (lambda c: c.inject("parallel_input", port=20, on=7), "on = 7 .* is not a level; it is 0 or 1"),
+    (lambda c: c.inject("parallel_input", port=20, on=7), "on = 7 .* is not a level; use 0 or 1"),
     (lambda c: c.inject("parallel_input", port=20, on=True), "on = True"),
     (lambda c: c.inject("parallel_input", port=99999, on=1), "port = 99999"),
     (lambda c: c.inject("alarm", group=-1, category=0), "group = -1"),

@@ -44,7 +44,7 @@ def _result(folder: Path, text: str) -> FileResult:
     [
         (
             "A%=2\nIF A%=1 THEN\nSGI0=1\nELSE\nSGI0=2\nENDIF",
-            {1: 1, 2: 1, 3: 0, 5: 1},  # ELSE and ENDIF are no statements
+            {1: 1, 2: 1, 3: 0, 5: 1},  # ELSE and ENDIF are not statements
             {"IF A%=1 THEN: true": 0, "IF A%=1 THEN: false": 1},
         ),
         (

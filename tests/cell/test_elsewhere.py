@@ -59,7 +59,7 @@ class Told:
         self.lines: list[str] = []
 
     def __call__(self, now_us: int, text: str) -> None:
-        """Note it."""
+        """Record the call."""
         assert now_us >= 0
         self.lines.append(text)
 

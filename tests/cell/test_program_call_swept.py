@@ -32,9 +32,9 @@ _LASTING = (
 )
 _SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
 _FAULTS = (*_LASTING, *_SHORT)
-#: After these the program is at its first line, also where it shall go on.
+#: After these the program is at its first line, also where it shall continue.
 _RESETTING = ("power_off", "power_cycle", "program_end")
-#: Pins of Caller.st. The program begins anew after each fault, or it goes on; a remote command
+#: Pins of Caller.st. The program starts again after each fault, or it continues; a remote command
 #: is out again and again; the robot program executes one statement in each cycle of 5 ms.
 _WAYS: dict[str, dict[str, Value]] = {
     "reset": {},
@@ -129,7 +129,7 @@ class Swept:
         self.cell.run("100ms")
 
     def judge(self, moment: int, fault: str) -> str:
-        """Return what is wrong after a fault before this scan; empty: nothing."""
+        """Return the error after a fault before this scan; empty: nothing."""
         self.cell.restore(self.moments[moment])
         self.disturb(fault)
         self.cell.run_until(lambda: not self["PowerUp.Busy"], within="20s")

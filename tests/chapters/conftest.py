@@ -1,4 +1,4 @@
-"""The cell of the chapters' sentences: compiled once, started anew for each test."""
+"""The cell of the chapters' sentences: compiled once, started again for each test."""
 
 from __future__ import annotations
 

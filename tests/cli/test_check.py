@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
+from structured_text.engines.matiec.faults import places
 from structured_text.errors import InputError
+from structured_text.language.checked import analysed
 from structured_text.language.portability import lint
 
 Captured = pytest.CaptureFixture[str]
@@ -131,7 +134,7 @@ def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path:
     assert not lint([write(tmp_path, "It", block("    t : STRING;\n", body))])
 
 
-#: Words that edition 3 of the standard reserved and edition 2 left free, and that are no keywords
+#: Words that edition 3 of the standard reserved and edition 2 left free, and that are not keywords
 #: here: the others end in an error before the rules are looked at.
 _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Method",
               "END_NAMESPACE", "Final", "Internal", "LDATE", "Ldate_And_Time", "Ldt", "Ltime",
@@ -228,3 +231,14 @@ def test_a_block_of_the_library_is_proposed_for_an_unknown_one(
     file = write(tmp_path, "Main", f"PROGRAM Main\nVAR {wrong} END_VAR\nEND_PROGRAM\n")
     assert main(["check", str(file)]) == 2
     assert "did you mean FB_MovePtp" in capsys.readouterr().err
+
+
+@pytest.mark.exhaustive
+def test_no_fault_of_matiec_concerns_the_examples(repository: Path) -> None:
+    """Source: the examples' traces, which are the same on matiec."""
+    folders = [file.parent for file in (repository / "plc" / "examples").rglob("*.st")]
+    assert len(folders) > 15
+    for folder in dict.fromkeys(folders):
+        project, _ = analysed(source_files([folder]).all)
+        assert project is not None
+        assert [str(place) for place in places(project)] == []

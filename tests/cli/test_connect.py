@@ -218,7 +218,8 @@ class SilentScanner:
          "packets have not come yet; check that no firewall blocks UDP port 2222\n"),
         ("of a wrong length (20 bytes instead of 50)",
          "rcx: there was no connection in the whole run: 127.0.0.1: "
-         "no packet is taken, those that come are of a wrong length (20 bytes instead of 50)\n"),
+         "packets arrive, but cannot be used: they are "
+         "of a wrong length (20 bytes instead of 50)\n"),
     ],
 )  # fmt: skip
 def test_a_run_without_a_single_packet_of_the_controller_is_an_error(

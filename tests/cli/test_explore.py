@@ -1,4 +1,4 @@
-"""`rcx explore`: all states of a small program, what is broken in them, and what is said of it."""
+"""`rcx explore`: all states of a small program, broken rules in them, and the messages."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> Non
 
 
 def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Captured) -> None:
-    """By hand: as many states as without it, for nothing writes it."""
+    """By hand: the number of states does not change, because nothing writes the variable."""
     text = _COUNT.replace("Button : BOOL;", "Button : BOOL; Far AT %QB60 : ARRAY [0..3] OF BYTE;")
     assert (
         main(["explore", _written(folder, text), "--input", "Main.Button", "--faults", "none"]) == 0
@@ -351,7 +351,7 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
     """Source: guide chapter 1, 1.2 (status); manual chapter 5, 2 and 3.1 (servo, stops)."""
     every = frozenset(FAULTS)
     at_first = Small()
-    assert list(at_first.moves(Wire(), frozenset())) == [""]  # nothing is asked for
+    assert list(at_first.moves(Wire(), frozenset())) == [""]  # nothing is requested
     taken = at_first.seen(Wire(0x0001, 0x0041))
     assert set(taken.moves(Wire(0x0001, 0x0041), frozenset())) == {"", "run"}
     runs = taken.after("run")
@@ -369,7 +369,7 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
     lost = on.after("link")
     assert (lost.link, lost.status) == (False, READY)
     back = lost.after("link up").seen(Wire(0, 0x0043))
-    assert "servo" not in back.moves(Wire(0, 0x0043), every)  # a level is no edge
+    assert "servo" not in back.moves(Wire(0, 0x0043), every)  # a level is not an edge
 
 
 @pytest.mark.parametrize(

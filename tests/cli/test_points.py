@@ -166,13 +166,13 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("arm1 = 1.0", ":5: 'points.11.arm1' cannot be 1.0; it may be arm rotation -1, 0 or 1"),
-        ("hand = 2.0", ":5: 'points.11.hand' cannot be 2.0; it may be hand 0, 1 or 2"),
+        ("arm1 = 1.0", ":5: 'points.11.arm1' cannot be 1.0; use arm rotation -1, 0 or 1"),
+        ("hand = 2.0", ":5: 'points.11.hand' cannot be 2.0; use hand 0, 1 or 2"),
         (
             "[points.010]\nmm = [2]",
             ":5: 'points.010' gives points.10 a second time; remove one of them",
         ),
-        ("[shifts]\n1 = [1e308]", ":6: 'shifts.1' cannot be 1e+308; it may be 32 bit numbers"),
+        ("[shifts]\n1 = [1e308]", ":6: 'shifts.1' cannot be 1e+308; use 32 bit numbers"),
     ],
 )
 def test_a_file_is_checked_before_the_first_command(

@@ -1,4 +1,4 @@
-"""`rcx probe`: who confirms, what is written, exit codes, and a real exchange with `rcx serve`."""
+"""`rcx probe`: confirmations, written files, exit codes, and a real exchange with `rcx serve`."""
 
 from __future__ import annotations
 

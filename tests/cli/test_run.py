@@ -177,7 +177,7 @@ def test_the_robot_takes_the_size_of_the_plc(run: Run, tmp_path: Path, capsys: C
         (["--trace", "/dev/null/t.jsonl"], "cannot be written"),
         (["--chart", "/dev/null/c.svg"], "cannot be written"),
         (["--vcd", "/dev/null/w.vcd"], "cannot be written"),
-        (["--panel", "0"], "--panel needs the pace of the clock; add --link enip --realtime"),
+        (["--panel", "0"], "--panel needs a run in real time; add --link enip --realtime"),
         (["--panel", "70000", "--realtime"], "--panel 70000 is not a port"),
         (["--panel", "0", "--connect", "127.0.0.1"], "--panel is for a virtual controller"),
     ],

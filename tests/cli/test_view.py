@@ -1,4 +1,4 @@
-"""`rcx view`, `rcx run --view`: what is written, where, and what is refused."""
+"""`rcx view`, `rcx run --view`: the written pages, their places, and refused input."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_an_unfinished_trace_is_shown_up_to_its_end(trace: Path, capsys: Capture
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "is empty; nothing was recorded in it"),
+        (b"", "is empty; record again"),
         (b"hello\n", "is neither a capture (pcapng, pcap) nor a trace (jsonl)"),
         (gzip.compress(b"anything", mtime=0), "unpack it first"),
         (b"\x00\xff" * 99, "is neither a capture (pcapng, pcap) nor a trace (jsonl)"),

@@ -78,7 +78,7 @@ def test_what_one_block_leaves_out_another_block_of_the_command_has(command: Com
     """
     blocks = [library().blocks[name] for name in _blocks(command)]
     if any(block.handwritten for block in blocks):
-        return  # it has all of them; its own tests say so
+        return  # FB_RemoteCommand sends every code; its own tests check that
     for part in command.request:
         sent = [block for block in blocks if part.name not in block.zero]
         assert sent, part.name

@@ -48,7 +48,7 @@ def _start(block: Pins, bench: CommandBench, pins: dict[str, Value]) -> None:
 
 
 def _sent(block: Pins, pins: dict[str, Value], robot: int = 0) -> str:
-    """Return what is wrong with the telegram for these pins; empty if nothing is."""
+    """Return the error with the telegram for these pins; empty if nothing is."""
     expected = block.telegram(pins, robot)
     illegal = READINGS[expected[0] & 0xFFF].problem(expected)
     bench = _bench(block)

@@ -72,7 +72,7 @@ def test_the_code_goes_out_as_it_is_given(code: int) -> None:
     plc["First.Code"], plc["First.Execute"] = code, True
     plc.scan_until(lambda: plc.words[0] != 0, most=3)
     assert f"16#{plc.words[0]:04X}" == f"16#{code:04X}"
-    for _ in range(5):  # held until the status comes, whoever asks
+    for _ in range(5):  # held until the status comes, no matter who asks
         plc.scan()
         assert plc.words == [code, *[0] * 15]
     plc.answer(0x0200, scans=1)

@@ -86,7 +86,7 @@ class Places(PlcBench):
             self[place] = place in places
 
     def go(self, on: bool = True) -> None:
-        """Set its Execute or Enable."""
+        """Set Execute or Enable of the block."""
         self[f"{self.name}.{self.start}"] = on
 
     def pin(self, name: str) -> Value:

@@ -62,7 +62,7 @@ class FakeCyclicPart(CyclicControl):
 
 
 class Bench:
-    """The device under test, and all it can touch."""
+    """The device under test with its surroundings."""
 
     def __init__(self, size: int = 48, cyclic: bool = True, **settings: Any) -> None:
         self.now = 1000.0

@@ -1,4 +1,4 @@
-"""Forward Open and Forward Close: what is opened, who may be beside whom, what is closed."""
+"""Forward Open and Forward Close: opened connections, allowed combinations, closed connections."""
 
 from __future__ import annotations
 

@@ -16,10 +16,10 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
     ("fields", "words"),
     [
         # 0x123, 0x124: connection types
-        ({"o_to_t": "3608"}, "2301"),  # null to us
-        ({"o_to_t": "3628"}, "2301"),  # multicast to us
+        ({"o_to_t": "3608"}, "2301"),  # type null, to the adapter
+        ({"o_to_t": "3628"}, "2301"),  # type multicast, to the adapter
         ({"o_to_t": "3668"}, "2301"),  # reserved
-        ({"t_to_o": "3208"}, "2401"),  # null from us
+        ({"t_to_o": "3208"}, "2401"),  # type null, from the adapter
         ({"t_to_o": "3268"}, "2401"),  # reserved
         # 0x132: null Forward Open
         ({"o_to_t": "3608", "t_to_o": "3208"}, "3201"),

@@ -150,7 +150,7 @@ def test_a_refused_request_changes_nothing(bench: Any, request_: str, status: in
     ],
 )
 def test_while_a_master_owns_the_outputs_nothing_is_set(bench: Any, path: str, value: str) -> None:
-    """Status 0x0C, object state conflict, whoever asks; once it has gone it can be set."""
+    """Status 0x0C, object state conflict, no matter who asks; once it has gone it can be set."""
     before = bench.ask(f"0E03 {path}")
     bench.ask(forward_open())
     for peer in ("192.168.0.10", "192.168.0.99"):

@@ -126,7 +126,7 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
             "the shortest that it takes is 20 ms; try --rpi 20ms",
         ),
         ((0x119,), SCAN, "no other connection is open; leave --listen-only out"),
-        ((0x12A,), SCAN, "its heartbeat connection point is another; name it with --heartbeat"),
+        ((0x12A,), SCAN, "it has a different heartbeat connection point; name it with --heartbeat"),
     ],
 )
 def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(

@@ -121,7 +121,7 @@ def test_an_implausible_reply_is_explained(
 
 
 def test_an_interval_near_the_one_that_was_asked_for_is_the_devices_choice() -> None:
-    """Twice as long, or as short as 0.5 ms; and as long as was asked for, however long that is."""
+    """Twice as long, or as short as 0.5 ms; and as long as was requested, however long that is."""
     for api_us in (500, 20_000, 10_000_000):
         assert REQUEST.problem(OpenReply(1, 2, api_us, api_us, REQUEST.triad)) == ""
     slow = replace(REQUEST, rpi_us=60_000_000)

@@ -21,7 +21,7 @@ ASSEMBLIES = (
 
 
 def sized(to_robot: int, from_robot: int, every: str = "10 ms", what: str = OWNER) -> str:
-    """Return the beginning of what is said of these sizes."""
+    """Return the beginning of the message about these sizes."""
     sizes = f"{to_robot} bytes to the controller, {from_robot} from it"
     return f"{what}({sizes}, every {every}): refused with "
 

@@ -1,4 +1,4 @@
-"""The encapsulation layer, frame by frame: what is sent and what must come back, as bytes.
+"""The encapsulation layer, frame by frame: requests and the expected answers, as bytes.
 
 Layout of a frame: command, length, session, status, sender context, options, data.
 """

@@ -174,7 +174,7 @@ class Recorder:
         return self
 
     def __getitem__(self, at: object) -> int:
-        return 48  # the size of an image is asked for
+        return 48  # the size of an image is requested
 
     def __setitem__(self, at: object, value: object) -> None:
         self.written.append(at)

@@ -1,4 +1,4 @@
-"""Record the examples' traces anew, from matiec: `python tests/examples/record_examples.py`."""
+"""Record the examples' traces again, from matiec: `python tests/examples/record_examples.py`."""
 
 from __future__ import annotations
 

@@ -217,7 +217,7 @@ def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
 def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs() -> None:
     """A button that is stuck, at the PLC's start or later, does not lose the place of a part.
 
-    Source: design of the examples: a hanging button is no press.
+    Source: design of the examples: a hanging button is not a press.
     """
 
     def standing() -> tuple[int, int]:

@@ -58,7 +58,7 @@ def test_a_planted_fault_is_found_and_its_replay_shows_it(
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("example", sorted({one.example for one in FAULTY}))
 def test_storms_find_faults_in_examples_and_nothing_else(example: str, tmp_path: Path) -> None:
-    """Each fault fails in its seed, as it is expected to; the example as it is does not."""
+    """Each fault fails in its seed as expected; the unchanged example does not fail."""
     there = [one for one in FAULTY if one.example == example]
     good = _storms(tmp_path / "good", example)
     for number, one in enumerate(there):

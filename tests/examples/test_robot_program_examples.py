@@ -26,7 +26,7 @@ def _until(cell: Cell, condition: Callable[[], bool], within: str = "4s") -> Non
 
 
 def _releases(cell: Cell, parts: int) -> list[int]:
-    """Return the positions of axis 1 at which the hand has opened, for so many parts [pulses]."""
+    """Return the positions of axis 1 at which the hand has opened, for this many parts [pulses]."""
     found: list[int] = []
     closed = cell.robot.read_port("DO(20)")
     for _ in range(1000):

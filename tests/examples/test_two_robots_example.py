@@ -187,7 +187,7 @@ def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
 ) -> None:
     """The pendant of the second robot is plugged in, and its place is not known yet.
 
-    Source: head of TwoRobots.st: a fault of one is no fault of the other.
+    Source: head of TwoRobots.st: a fault of one is not a fault of the other.
     """
     folder = ROOT / "plc/examples" / name
     with Cell.build(

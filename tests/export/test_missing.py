@@ -100,7 +100,7 @@ def _export(target: str, file: Path, *options: str) -> int:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_what_is_not_carried_is_reported(target: str, mine: Path, capsys: Captured) -> None:
-    """Each line of it is file, line, declaration and what is lost; the exit code is 1."""
+    """Each line has file, line, declaration and the lost part; the exit code is 1."""
     place = mine.parent / target
     assert _export(target, mine) == (1 if _LOST[target] else 0)
     said = capsys.readouterr()

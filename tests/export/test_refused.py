@@ -127,7 +127,7 @@ def test_a_tool_takes_its_own_files(
 
 
 def test_the_label_of_an_enumeration_stays_one(tmp_path: Path, capsys: Captured) -> None:
-    """CODESYS takes it, and a constant; elsewhere the member alone is written, never its number.
+    """CODESYS accepts it, and a constant; other tools get the member's name, never its number.
 
     Source: CODESYS help, CASE (_cds_st_instruction_case.html); design, section 4
     """

@@ -259,11 +259,11 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
          "--config-instance x is not an instance; write it as 151, or none"),
         (["--config-instance", "65536"], "65536 is not an instance of an assembly"),
         (["--config-instance", "9" * 5_000], f"--config-instance {'9' * 40} is not an instance;"),
-        (["--config-data", "01"], "configuration data need the instance that they are for"),
+        (["--config-data", "01"], "configuration data need a configuration instance"),
         (["--config-instance", "1", "--config-data", "01"],
          "configuration data are an even number"),
         (["--config-instance", "1", "--config-data", "00" * 512],
-         "configuration data are an even number of bytes, at most 510"),
+         "configuration data must be an even number of bytes, at most 510"),
         (["--config-instance", "1", "--config-data", "xy"],
          "--config-data 'xy' is not hexadecimal; write it in hexadecimal, as 01000A00"),
         (["--from", "here"], "--from 'here' is not an IPv4 address; write it as 192.168.0.10"),
@@ -494,7 +494,7 @@ def test_inputs_are_written_by_any_of_their_names() -> None:
         ("nonsense=1", "nonsense"),
         ("SI0=9", "SI0 is not an input of the robot that can be written; write SI00=1, SI(20)=1"),
         ("SIW(16)=9", "words are SIW(0) to SIW(15), with --size 256 also"),
-        ("SIW(2)=65536", "it takes 0 to 65535"),
+        ("SIW(2)=65536", "use 0 to 65535"),
     ],
 )
 def test_a_wrong_value_to_write_is_bad_input(entry: str, message: str) -> None:

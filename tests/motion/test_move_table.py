@@ -115,7 +115,7 @@ def test_a_number_that_is_not_there_ends_the_row_without_a_telegram(row: Row) ->
 # ---- which rows, in which order
 
 
-#: Four rows; rows 4 and 5 left from a longer table behind MOVE_END; no row; all of the array.
+#: A table of four rows; the same with old rows after MOVE_END; an empty table; a full array.
 _FOUR, _LEFT = rows_to(1, 2, 3, 4), [*rows_to(1, 2), {}, *rows_to(4, 5)]
 _NONE, _ALL = [{}, *rows_to(2)], rows_to(*range(1, 51))
 

@@ -187,7 +187,7 @@ def test_undisturbed_every_row_is_done_once() -> None:
 @pytest.mark.parametrize("lasts", [1, 15])
 @pytest.mark.parametrize("fault", _FAULTS)
 def test_the_row_that_is_shown_is_the_row_that_runs_and_goes_on(fault: str, lasts: int) -> None:
-    """A fault of so many scans that begins before each scan of the run.
+    """A fault of this many scans that begins before each scan of the run.
 
     Source: manual chapter 1, 5.2; chapter 5, 3.1 and 3.3; guide 2.
     """

@@ -123,7 +123,7 @@ def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: in
 def test_where_only_that_shift_is_missing_no_second_part_is_fetched(shifts: dict[str, Any]) -> None:
     """This also holds with HandEmpty, and if the shifts have changed meanwhile.
 
-    Source: head: after an error it goes on with what is not finished
+    Source: head: after an error it continues with what is not finished
     """
     plc = picking(Shifts__Target=4, **shifts)
     plc.until("DO(20) ON")

@@ -305,7 +305,7 @@ def test_a_job_that_is_not_completed_ends_after_timeout_and_can_be_asked_for() -
 
 
 def test_without_limits_it_waits() -> None:
-    """T#0s is no limit."""
+    """T#0s is not a limit."""
     plc = _bench()
     plc["Call.AcknowledgeTimeout"] = plc["Call.Timeout"] = "T#0s"
     plc.hand_over()
@@ -314,7 +314,7 @@ def test_without_limits_it_waits() -> None:
 
 
 def test_a_stop_does_not_end_it_and_a_limit_says_that_the_program_stands() -> None:
-    """Stopped is TRUE; the next start of the program goes on with the job. Source: 16#8082."""
+    """Stopped is TRUE; the next start of the program continues with the job. Source: 16#8082."""
     plc = _bench()
     plc["Call.Timeout"] = "T#500ms"
     plc.hand_over()
@@ -516,7 +516,7 @@ def test_a_scan_without_a_call_ends_it() -> None:
 
 
 def test_words_beside_a_status_are_not_read() -> None:
-    """A status that nobody has asked for: SOW(2) and so on are not the robot program's then.
+    """A status that nobody has requested: SOW(2) and so on are not the robot program's then.
 
     Source: chapter 1, 4.1: shared words.
     """

@@ -98,7 +98,7 @@ def test_a_movement_between_two_commands_ends_it_before_the_hand_opens(engine: s
 
 @pytest.mark.parametrize("name", _HARMFUL | _HAND)
 def test_a_command_that_moves_the_robot_its_points_or_the_hand_ends_the_work(name: str) -> None:
-    """Between the source and the close, and between the target and the release.
+    """The commands are sent between source and closing, and between target and release.
 
     Source: guide 4.2, 4.5.1, 4.6
     """

@@ -1,4 +1,4 @@
-"""`rcx new`: a project that works as it is, and that nothing is written over for."""
+"""`rcx new`: a project that works without changes; no existing file is overwritten."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FB_Operator: what each key does, when it can, and what the panel says; the test is the robot."""
+"""FB_Operator: the effect of each key, its conditions, and messages; the test plays the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FB_Operator: the jog keys; the test is the robot."""
+"""FB_Operator: the jog keys; the test plays the robot."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_a_key_that_is_released_before_the_axis_moves_moves_nothing_any_more(sca
 
 
 def test_the_other_key_stops_the_axis_and_moves_nothing() -> None:
-    """Source: FB_RcxPanelKeys: both jog keys are none."""
+    """Source: FB_RcxPanelKeys: both jog keys together count as no key."""
     plc = OperatorBench()
     _jogging(plc)
     plc.key("JogMinus", scans=1)

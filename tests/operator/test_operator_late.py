@@ -1,4 +1,4 @@
-"""FB_Operator: nothing begins long after its key, or by itself; the test is the robot."""
+"""FB_Operator: nothing begins long after its key, or by itself; the test plays the robot."""
 
 from __future__ import annotations
 

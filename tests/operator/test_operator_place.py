@@ -1,4 +1,4 @@
-"""FB_Operator: the position that it shows; the test is the robot."""
+"""FB_Operator: the position that it shows; the test plays the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FB_Operator: its messages are in an operator's words; the test is the robot."""
+"""FB_Operator: its messages are in an operator's words; the test plays the robot."""
 
 from __future__ import annotations
 

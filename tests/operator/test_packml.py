@@ -1,4 +1,4 @@
-"""FB_PackMl: every command in every state, what is done, and what aborts; the test is the robot."""
+"""FB_PackMl: every command in every state, its effect, and aborts; the test plays the robot."""
 
 from __future__ import annotations
 

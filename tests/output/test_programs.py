@@ -1,4 +1,4 @@
-"""Programs of others: what is known of their end, and that they end with who started them."""
+"""Programs of other vendors: how their end is reported, and that they end with their parent."""
 
 from __future__ import annotations
 

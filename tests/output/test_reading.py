@@ -1,4 +1,4 @@
-"""Files that a user names: what is a special file, or too large, is one message and never read."""
+"""Files that a user names: a special or too large file is never read and gives one message."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _pipe(folder: Path) -> Path:
 def test_a_pipe_a_device_a_socket_and_a_folder_are_refused_before_they_are_opened(
     tmp_path: Path,
 ) -> None:
-    """Opening a pipe waits for whoever writes; a device may have no end.
+    """Opening a pipe waits until somebody writes; a device may have no end.
 
     Source: docs/reference/limits.md, files.
     """

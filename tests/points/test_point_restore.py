@@ -219,7 +219,7 @@ def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> N
 def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
     plc: PointsBench, compares: bool, first: int
 ) -> None:
-    """FirstRow := Row after it begins anew: a Done without work would look like a restore.
+    """FirstRow := Row after it starts again: a Done without work would look like a restore.
 
     Source: comments of Row and FirstRow
     """

@@ -105,7 +105,7 @@ def test_it_moves_only_as_long_as_the_key_is_held(cell: Cell) -> None:
 
 @pytest.mark.parametrize("why", ["Touched", "key"])
 def test_what_is_over_before_it_begins_ends_as_it_begins(cell: Cell, why: str) -> None:
-    """A command that was asked for goes out. Source: guide chapter 2."""
+    """A command that was requested goes out. Source: guide chapter 2."""
     before = list(cell.robot.positions)
     cell["Main.Touched"] = why == "Touched"
     cell["Main.Search"] = True

@@ -1,4 +1,4 @@
-"""Each key of a robot file: what it is where no file names it, and which numbers it may have."""
+"""Each key of a robot file: its default value and its range of numbers."""
 
 from __future__ import annotations
 

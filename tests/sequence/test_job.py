@@ -312,7 +312,7 @@ def test_a_turn_that_was_taken_away_is_lost(field: str, value: int) -> None:
 
 
 def test_a_limit_of_one_millisecond_is_a_limit() -> None:
-    """Source: head of FB_RcxJob: 0 alone is none."""
+    """Source: head of FB_RcxJob: only ticket 0 means that there is no ticket."""
     job = _job(Longest=1, Elapsed=1)
     assert job["Block.Request"] is True
     job.scan(1)
@@ -410,7 +410,7 @@ def test_a_job_that_begins_out_of_place_ends_in_that_call_without_a_ticket(remot
 def test_a_job_out_of_place_gives_no_turn_on(
     remote: bool, serving: int, applied: bool, answer: int
 ) -> None:
-    """FB_WriteArea does, which knows what is on the wire. Source: errors.md, 16#8017."""
+    """FB_WriteArea does, which knows the telegram on the wire. Source: errors.md, 16#8017."""
     job = _job(Remote=remote)
     job["Channel.Serving"] = serving
     job["Block.Active"] = serving == 0

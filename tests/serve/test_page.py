@@ -1,4 +1,4 @@
-"""The web page in a real browser, beside a real scanner: what is pressed happens and is seen."""
+"""The web page in a real browser, with a real scanner: buttons work, and the page shows it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recording that is started and stopped on the way: what is in it, and who reads it."""
+"""A recording that is started and stopped during a run: its content and its readers."""
 
 from __future__ import annotations
 

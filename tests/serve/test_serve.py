@@ -241,7 +241,7 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
         (
             ["--address", "127.0.0.1", "--address", "127.0.0.1"],
             "each controller needs its own address, not 127.0.0.1 twice; "
-            "127.0.0.2, 127.0.0.3 ... are this computer's, too",
+            "use 127.0.0.2, 127.0.0.3 ...: they also belong to this computer",
         ),
         (
             ["--size", "64"],
@@ -262,7 +262,8 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
         ),
         (
             ["--port", "2222"],
-            "--port and --io-port are both 2222; explicit and cyclic messages need two",
+            "--port and --io-port are both 2222; "
+            "use different ports for explicit and cyclic messages",
         ),
         (["--web", "44818"], "--web and --port are both 44818 of 127.0.0.1; give the page another"),
         (

@@ -30,7 +30,7 @@ def test_a_process_that_has_not_begun_is_not_silent() -> None:
 
 
 def test_after_the_computer_slept_no_process_is_reported() -> None:
-    """The watcher itself has not looked for an hour: what it watches has a new chance."""
+    """If the watcher itself has paused for an hour, its processes get a new time limit."""
     watchdog = Watchdog()
     watchdog.look(1_000_000, 1_000_000)
     assert watchdog.look(1_000_000, 3_600_000_000) is None

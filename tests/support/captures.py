@@ -1,7 +1,7 @@
 """Captures of a PLC and its controllers, made byte by byte: headers, messages, cyclic packets.
 
 Layouts: IPv4 (RFC 791), UDP (RFC 768), TCP (RFC 9293), 802.1Q; link types as tcpdump.org names
-them; EtherNet/IP adaptation of CIP (volume 2), chapter 2. Nothing of the harness's own encoders.
+them; EtherNet/IP adaptation of CIP (volume 2), chapter 2. The encoders of the harness are not used.
 """
 
 from __future__ import annotations

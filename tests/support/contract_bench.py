@@ -1,4 +1,4 @@
-"""One block between FB_ReadArea and FB_WriteArea runs its cases; the test is the robot.
+"""One block between FB_ReadArea and FB_WriteArea runs its cases; the test plays the robot.
 
 Every scan is checked by rcx_harness.watch.contract.ContractMonitor and by contract_rules.Rules.
 """

@@ -22,7 +22,7 @@ class Fate(NamedTuple):
         end: The end status; 0x0000 for a command that is lost.
         response: Words that come with the end status.
         reset: Scans for which the end status stays after the code 0x0000.
-        stale: Scans with the status 0x0200 from the beginning on, that nobody has asked for.
+        stale: Scans with the status 0x0200 from the beginning on, that nobody has requested.
         error: ErrorID of the end, if nothing else happens; 0x0000 for Done.
     """
 

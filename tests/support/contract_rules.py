@@ -227,7 +227,7 @@ class Rules:
         return self._end(so, status, connected, live, pins)
 
     def _still(self, si: bytes, status: int, connected: bool, live: bool) -> str:
-        """Return what is wrong although the block continues to be Busy; empty if nothing is."""
+        """Return the error although the block continues to be Busy; empty if nothing is."""
         if not connected and not self.subject.patient:
             return "Busy without a connection"
         if not self.subject.codes:

@@ -29,7 +29,7 @@ class Finished:
 
 @cache
 def finished(name: str, engine: str = "builtin") -> Finished:
-    """Run an example for as long as its command does; each of them once. Only look at it."""
+    """Run an example for the time of its command, once; the result must not be changed."""
     example = examples()[name]
     recorder = Recorder(chart_specs()[name]) if name in chart_specs() else None
     cell = example.build(engine, watch=recorder.watch if recorder else ())

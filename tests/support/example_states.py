@@ -18,7 +18,7 @@ from rcx_harness.robot.ports import port
 from rcx_harness.robot.stored import Hand, Pallet
 from robot_master import Master
 
-#: Every program has so many lines, and none of them ends within a test.
+#: Every program has this many lines, and none of them ends within a test.
 _STEPS = ("DELAY 60000",) * 120
 _ARMS = ("right", "left")
 _PARAMETERS = {259: "TOLE", 260: "OUTPOS"}

@@ -1,4 +1,4 @@
-"""A device's class 1 connections without sockets: connections, packets, and what comes of them.
+"""A device's class 1 connections without sockets: connections, packets, and their results.
 
 Times are microseconds. Connections are 48 bytes each way at 10 ms with the multiplier 2 (16
 intervals: 160 ms).

@@ -29,7 +29,7 @@ EXPORTED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "06", 
 
 
 def left_out(output: Output) -> tuple[str, ...]:
-    """Return what is missing and why, without the places."""
+    """Return the missing parts with their reasons, without the places."""
     return tuple(f"{one.what}: {one.why}" for one in output.missing)
 
 
@@ -82,7 +82,7 @@ def trace_of(example: Example, program: list[Path], folder: Path) -> list[str]:
 
     Args:
         example: Says what happens to the program.
-        program: All its files; the library is not looked for.
+        program: All its files; the library is not searched.
         folder: Folder in which an empty library is made.
     """
     empty = folder / "no-library"

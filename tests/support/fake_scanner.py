@@ -41,7 +41,7 @@ class FakeScanner(Scanner):
         return Received(bytes([7] * 48), 5, self.connected)
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
-        """Note it."""
+        """Record the call."""
         assert run
         self.done.append("write")
         self.written.append((image, valid_us))
@@ -55,5 +55,5 @@ class FakeScanner(Scanner):
         return ScannerStatistics(0, 0, 0, 0, 0, 0, 0, 0)
 
     def close(self) -> None:
-        """Note it."""
+        """Record the call."""
         self.done.append("close")

@@ -16,7 +16,7 @@ from structured_text.errors import InputError
 
 @dataclass(frozen=True)
 class Meeting:
-    """The first item waits for the second: they only end if both are under way at once."""
+    """The first item waits for the second, so they end only if both run at the same time."""
 
     folder: Path
 

@@ -67,7 +67,7 @@ class ModbusPlc:
         assert done, "nobody reads and writes the registers"
 
     def close(self) -> None:
-        """End it."""
+        """End the PLC's server."""
         self.stop()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(_LIMIT_S)
@@ -78,7 +78,7 @@ class ModbusPlc:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End it."""
+        """End the PLC's server."""
         self.close()
 
     def _run(self, what: Any) -> None:

@@ -75,7 +75,7 @@ class PlcBench:
         return self.program.snapshot(), self.now_us, bytes(self.so), judged
 
     def restore(self, snapshot: Any) -> None:
-        """Begin anew from `snapshot`."""
+        """Begin again from `snapshot`."""
         program, self.now_us, so, judged = snapshot
         self.program.restore(program)
         self.so[:] = so

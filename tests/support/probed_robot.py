@@ -94,7 +94,7 @@ class StationLine(NetworkLine):
         return self._images.to_robot.read()
 
     def happen(self, text: str, event: str) -> bool:
-        """Do what the person at the cell is asked to do."""
+        """Carry out the request to the person at the cell."""
         self._station.happen(event)
         return True
 

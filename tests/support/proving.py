@@ -1,4 +1,4 @@
-"""A few blocks of plc/lib in a folder of their own, and what the solver says of them."""
+"""A few blocks of plc/lib in a folder of their own, and their results from the solver."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class RecordedMaster(Master):
         self.wait_for_end(within_ms)
 
     def wait_for_end(self, within_ms: float = 4000) -> None:
-        """Wait for the end of what was sent, then reset the status."""
+        """Wait for the end of the command, then reset the status."""
         for _ in range(round(within_ms * 1000) // CYCLE_US):
             self.run(5)
             if self.status in ENDS:

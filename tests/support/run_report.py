@@ -1,4 +1,4 @@
-"""The last lines of a test run: what was skipped and why, what was left out, what to repeat."""
+"""The last lines of a test run: skipped tests with reasons, omitted tests, tests to repeat."""
 
 from __future__ import annotations
 

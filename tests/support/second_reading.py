@@ -124,11 +124,11 @@ class Row:
         return Legal(anything=True)
 
     def problem(self, words: Sequence[int]) -> str:
-        """Return what is wrong with its values; empty if nothing is."""
+        """Return the error with its values; empty if nothing is."""
         return self.problem_in(_number(words))
 
     def problem_in(self, telegram: int) -> str:
-        """Return what is wrong with its values in a telegram that is given as one number."""
+        """Return the error with its values in a telegram that is given as one number."""
         allowed = self.allowed_in(telegram)
         values = [part.value_in(telegram) for part in self.places]
         filler = values[-1]
@@ -160,7 +160,7 @@ class Reading:
         return f"{'0xR' if self.robot else '0x0'}{self.code:03X} ({self.section})"
 
     def problem(self, words: Sequence[int]) -> str:
-        """Return what is wrong with a request; empty if nothing is. Word 0 is not read."""
+        """Return the error with a request; empty if nothing is. Word 0 is not read."""
         telegram = _number(words)
         for part in self.zero:
             if part.value_in(telegram):
@@ -244,7 +244,7 @@ def row(text: str) -> Row:
     """Return a row of the grammar.
 
     Raises:
-        ValueError: it is not one.
+        ValueError: the text does not follow the grammar.
     """
     parts = text.split(" | ")
     if len(parts) != 3:
@@ -265,7 +265,7 @@ def place(text: str) -> tuple[Place, ...]:
     """Return a place of the grammar, split into its equal parts.
 
     Raises:
-        ValueError: it is not one.
+        ValueError: the text does not follow the grammar.
     """
     found: list[Place] = []
     if match := _BITS.fullmatch(text):

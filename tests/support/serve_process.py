@@ -99,7 +99,7 @@ class ServeProcess:
         return min(pid for pid in self.processes() if _runs(pid, module))
 
     def kill(self) -> None:
-        """End it without a chance to tidy up."""
+        """End the process without a clean-up."""
         self._process.kill()
         self._process.wait(_LIMIT_S)
 
@@ -118,7 +118,7 @@ class ServeProcess:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End it."""
+        """End the process."""
         if self._process.poll() is None:
             self.kill()
         for pipe in (self._process.stdout, self._process.stderr):

@@ -35,7 +35,7 @@ class ImageInMemory:
         return self.image
 
     def write(self, image: bytes, /) -> None:
-        """Set it."""
+        """Set the image."""
         self.image = bytes(image)
 
 

@@ -1,4 +1,4 @@
-"""The two tiers of the tests: `make test` leaves out what is marked `exhaustive`.
+"""The two tiers of the tests: `make test` omits tests that are marked `exhaustive`.
 
 A large matrix is marked as a whole and names the parameters that stay in the quick tier, by their
 ids: `@pytest.mark.exhaustive(but=["FB_ServoOn", "FB_MovePtp"])`.

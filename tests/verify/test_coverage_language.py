@@ -121,7 +121,7 @@ def test_a_condition_has_decided_where_what_was_skipped_could_not_outweigh_it(
 def test_unknown_conditions_leave_some_outcomes_open(
     code: list[int | bool | str], skipped: int, expected: bool | None
 ) -> None:
-    """All that are known are FALSE."""
+    """All known conditions are FALSE."""
     assert outcome(code, 0, skipped) is expected
 
 

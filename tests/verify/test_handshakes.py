@@ -84,7 +84,7 @@ def _found(cell: Cell, rows: Iterator[tuple[int, int, int]]) -> list[str]:
         ("before = 1", "000 000 110", "changed less than 1 scan before Main.Strobe became ON"),
         ("before = 2", "010 020 020 120", ""),
         ("before = 2", "010 010 020 120", "changed less than 2 scans before Main.Strobe"),
-        # After so many scans the data may change without an acknowledge.
+        # After this many scans the data may change without an acknowledge.
         ("after = 2", "000 110 110 110 120", ""),
         ("after = 2", "000 110 110 120", "changed 2 scans after"),
     ],
@@ -176,7 +176,7 @@ _STILL = '[[deadlock]]\nwithin = "500ms"\n'
 
 
 def test_a_standstill_is_reported_once_after_its_time(folder: Path) -> None:
-    """The PLC of this cell waits for nothing, so only the robot is named."""
+    """The PLC of this cell does not wait, so the message names the robot only."""
     with _started(_cell(folder, _STILL, "WAIT SI(20)=1 ' part")) as cell:
         cell.run("490ms")
         assert not cell.violations
@@ -205,7 +205,7 @@ def test_a_cell_that_moves_or_need_not_has_no_deadlock(
 
 
 def test_a_program_that_polls_its_inputs_stands_still(folder: Path) -> None:
-    """Lines that are executed are no progress."""
+    """Executed lines do not count as progress."""
     program = "*L:\nDELAY 10\nIF SI(20)=0 THEN GOTO *L"
     with _started(_cell(folder, _STILL, program)) as cell:
         cell.run("2s")

@@ -53,7 +53,7 @@ class _Pins:
 def judge(
     scans: str, pins: str = EDGE, *, steady: bool = True, inner: bool = False
 ) -> list[tuple[int, str]]:
-    """Return what is reported about a block, with the scan.
+    """Return the violations of a block, with the scan.
 
     Args:
         scans: A word for each scan, a letter for each pin that is TRUE: the first of its name,
@@ -86,7 +86,7 @@ LEGAL = [
     "XEI XEI EI - -",
     "XB XBA XEI EI - XB XC XC C - -",
     "XB XBA B B XBA XD D -",  # an edge while busy is ignored
-    "XB D XB XD -",  # it may start anew at once
+    "XB D XB XD -",  # it may start again at once
     "XB XD XD - -",
     "XB XEI EI XD -",
 ]

@@ -114,7 +114,7 @@ class State(str, Enum):
     NO_PLC = "no PLC"
     STANDING = "the PLC's program stands still"
     NO_ROBOT = "no robot"
-    CLEARING = "both are there; waiting for the PLC to clear its outputs"
+    CLEARING = "both sides are connected; waiting for the PLC to clear its outputs"
     RUN = "running"
 
 
@@ -149,7 +149,7 @@ class PlcSeen:
 
 @dataclass(frozen=True)
 class Lost:
-    """A side that is not there, with the reason in words."""
+    """A side of the bridge that cannot be reached, with the reason in words."""
 
     reason: str
 
@@ -236,7 +236,7 @@ class Bridge:
         """Return the new state and its reason.
 
         The first fault counts: no answer of the PLC, a gap between two requests that is too long, a
-        heartbeat that stands still, no robot. Without a fault a running bridge goes on. Otherwise
+        heartbeat that stands still, no robot. Without a fault a running bridge continues. Otherwise
         the handshake of `_clearing` comes first.
         """
         if isinstance(plc, Lost):

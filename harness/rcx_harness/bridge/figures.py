@@ -63,7 +63,7 @@ class Figures:
 
 
 _LONG_US = 1_000_000
-"""After so long without anything new, rates are those of another time."""
+"""After this time without anything new, rates are those of another time."""
 
 
 def state_text(state: State, reason: str) -> str:

@@ -30,7 +30,7 @@ logging.getLogger("pymodbus").setLevel(logging.CRITICAL + 1)
 
 
 class PlcError(Exception):
-    """A PLC that is not there, has not answered, or refuses; one sentence without a full stop."""
+    """Error if the PLC cannot be reached, does not answer, or refuses a request."""
 
 
 class PlcLink:
@@ -118,7 +118,7 @@ class PlcLink:
             if code in _EXCEPTIONS:
                 text += f", {_EXCEPTIONS[code]}"
             if code == _NO_SUCH_REGISTER:
-                text += "; does the PLC have these registers"
+                text += "; check that the PLC has these registers"
             raise PlcError(f"{self.name}: {text}")
         return answer
 

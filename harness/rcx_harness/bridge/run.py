@@ -123,7 +123,7 @@ class Running(Closing):
                 return
             self._plc.close()
             if isinstance(error, PlcError):
-                hint = "is its Modbus server on; --wait starts without it"
+                hint = "switch its Modbus server on, or start the bridge with --wait"
                 raise InputError(str(error), hint=hint) from None
             raise
 

@@ -113,7 +113,7 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
         if one + size > other:
             raise InputError(
                 f"the areas at {name} = {one} and {name} = {other} overlap",
-                hint=f"the first of them has {size} bytes",
+                hint=f"leave {size} bytes for the first of them",
             )
     return begins
 

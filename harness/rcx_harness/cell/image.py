@@ -259,7 +259,7 @@ def _within(slots: list[Slot], name: str, offset: int, size: int) -> list[Slot]:
             hint=f"the program's variables begin at byte {first} and end at byte {have}: "
             f"--{name} {first}"
             if slots
-            else "locate what the scanner exchanges: In AT %IB0 and Out AT %QB0, 48 bytes each",
+            else "declare the areas of the scanner: In AT %IB0 and Out AT %QB0, 48 bytes each",
         )
     return inside
 

@@ -128,7 +128,7 @@ class Node:
         if area is not None and len(area) > self.link.size:
             raise InputError(
                 f"area has {len(area)} bytes, but the PLC's area has {self.link.size}",
-                hint="leave bytes out at its end, or run with --size 256",
+                hint="shorten the area, or run with --size 256",
             )
         self._given = None if area is None else (area.ljust(self.link.size, b"\0"), connected)
 

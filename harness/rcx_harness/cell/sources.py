@@ -23,6 +23,7 @@ def source_files(
     lib: str | Path | None = None,
     replace: Mapping[str, str | Path] | None = None,
     dialect: str | None = None,
+    device: str = "",
 ) -> SourceFiles:
     """Find the files of a program, and those of the library that it needs.
 
@@ -32,9 +33,10 @@ def source_files(
             package.
         replace: Files with Structured Text for POUs of a project, by name.
         dialect: The tool as which the program is computed; None for that of its format.
+        device: The device to read of a project with several devices.
     """
     folder = default_lib() if lib is None else Path(lib)
-    return sources.source_files(program, folder, replace, dialect)
+    return sources.source_files(program, folder, replace, dialect, device)
 
 
 def library_folder(lib: str | Path | None) -> Path:
@@ -67,7 +69,7 @@ def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
     folder = default_lib() if lib is None else Path(lib)
     if lib is not None and any(default_lib().rglob(f"{name}.st")):
         hint = (
-            f"--lib {lib} does not declare it; without --lib the library of this package is taken"
+            f"--lib {lib} does not declare it; leave out --lib to use the library in this package"
         )
     else:
         hint = (

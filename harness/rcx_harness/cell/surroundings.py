@@ -75,9 +75,9 @@ _EVENTS: dict[str, Event[Surrounded]] = {
         _packets("late"),
     ),
     "packets_doubled": Event(
-        "from now on this share of the packets comes twice: share, by, to", _packets("doubled")
+        "from now on this share of the packets arrives twice: share, by, to", _packets("doubled")
     ),
-    "packet_interval": Event("all packets go in another interval: rpi = 20ms", _interval),
+    "packet_interval": Event("the packet interval changes: rpi = 20ms", _interval),
     **PLC_EVENTS,
 }
 

@@ -1,4 +1,4 @@
-"""The command `rcx`: what its commands are; each is imported when it is called."""
+"""The command `rcx` with its subcommands; each is imported when it is called."""
 
 from __future__ import annotations
 
@@ -54,6 +54,9 @@ PANELS = {
         ),
     },
     "Verify": {
+        "test": (
+            "Run the unit tests of a program: TcUnit suites, in virtual time, without TwinCAT."
+        ),
         "campaign": ("Run a cell with random faults, and report which rules and properties break."),
         "sweep": (
             "Inject a fault at every scan of a good run, and report when the cell does not recover."
@@ -98,6 +101,7 @@ _HOMES = {
     "import": ("import_", "import_"),
     "encode": ("codec", "encode"),
     "decode": ("codec", "decode"),
+    "test": ("test_", "test_"),
 }
 
 #: If a command has more options than this, its help shows the rare ones in these panels, by the

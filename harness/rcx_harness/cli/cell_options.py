@@ -1,4 +1,4 @@
-"""The options that say what a cell is made of, for every command that builds one."""
+"""The options of a cell, for every command that builds a cell."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from rcx_harness.cell import Cell
-from rcx_harness.cli.options import Dialect, Lib, Replace, Sources, replacements
+from rcx_harness.cli.options import Device, Dialect, Lib, Replace, Sources, replacements
 from structured_text.bench.agenda import Duration
 
 __all__ = ["CellOptions"]
@@ -30,6 +30,7 @@ class CellOptions:
     lib: Lib = None
     replace: Replace = None
     dialect: Dialect = None
+    device: Device = ""
     scan: Annotated[
         str | None, typer.Option(help="Period of the PLC. Default: its task's interval, or 10ms.")
     ] = None

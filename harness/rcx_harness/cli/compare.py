@@ -1,4 +1,4 @@
-"""`rcx compare`: a recorded controller beside the virtual one."""
+"""`rcx compare`: compare a recorded controller with the virtual one."""
 
 from __future__ import annotations
 
@@ -140,11 +140,11 @@ def _happenings(path: Path) -> list[Happening]:
     found = []
     for entry in Stimulus.load(path).entries:
         if entry.values or entry.hold or entry.release or entry.area is not None:
-            hint = "only time and robot = ... count: the PLC is in the recording"
+            hint = "use time and robot = ... only: the recording contains the PLC"
             raise InputError("sets more than events", file=path, line=entry.line, hint=hint)
         for event, args in entry.events:
             if event not in EVENTS:
-                hint = "a cable that is pulled is in the recording"
+                hint = "leave it out: the recording contains the loss of the link"
                 raise InputError(
                     f"{event!r} is not an event of a robot", file=path, line=entry.line, hint=hint
                 )

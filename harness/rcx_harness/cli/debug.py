@@ -54,13 +54,13 @@ _OPTIONS = (
         "robot",
         "lib",
         "replace",
-        "dialect",
+        "device",
         "size",
         "m",
         "n",
         "seed",
     ),
-    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot"),
+    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot", "dialect"),
 )
 #: The variable that may hold the token of the port, and how long such a token is at least.
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
@@ -246,7 +246,9 @@ def _of_cell(options: RunOptions) -> Launched:
     try:
         if options.no_robot:
             replaced = replacements(options.replace)
-            files = source_files(list(options.files), options.lib, replaced, options.dialect)
+            files = source_files(
+                list(options.files), options.lib, replaced, options.dialect, options.device
+            )
             cell = options.bench(files, **built)
         else:
             cell = Cell.build(list(options.files), **{**options.of_cell(), **built})
@@ -318,7 +320,7 @@ def _files(sources: Any) -> list[str]:
     found = [_text("sources", one) for one in _several(sources)]
     for one in found:
         if one.startswith("-"):
-            hint = f"options have keys of their own; a file of this name is ./{one}"
+            hint = f"write options as keys of the launch; for a file of this name write ./{one}"
             raise InputError(f"sources: {one} is an option, not a file", hint=hint)
     return found
 

@@ -134,7 +134,7 @@ def explore(given: Options) -> None:
 
 
 def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
-    """Explore a program with the small controller; return what prints the result."""
+    """Explore a program with the small controller; return a function that prints the result."""
     from rcx_harness.verify.explore.replay import replay
     from rcx_harness.verify.explore.user import explore as explore_program
 
@@ -163,7 +163,7 @@ def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
 
 
 def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
-    """Explore a cell with its controllers and robot programs; return what prints the result."""
+    """Explore a cell with its controllers and robot programs; return a printer of the result."""
     from rcx_harness.verify.explore.cells import FAULTS, explore_cell, replay_cell
 
     settings = _cell_settings(given, report)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli.options import counted
+from rcx_harness.cli.options import Device, counted
 from structured_text.errors import InputError, legible
 from structured_text.language.dialects import rules_of
 from structured_text.output.files import replace_files
@@ -28,6 +28,7 @@ def import_(
         ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")],
+    device: Device = "",
     force: Annotated[
         bool, typer.Option("--force", help="Overwrite files of the same names.")
     ] = False,
@@ -47,7 +48,7 @@ def import_(
                 file=file,
                 hint="name a PLCopen .xml, a TwinCAT folder or .plcproj, an .L5X or an .scl",
             )
-    project = read_project(named)
+    project = read_project(named, device)
     texts = st_texts(project)
     there = [out / name for name in texts if os.path.exists(out / name)]
     if there and not force:

@@ -1,4 +1,4 @@
-"""`rcx judge`: what a recorded controller and its PLC did."""
+"""`rcx judge`: judge a recording of a controller and its PLC."""
 
 from __future__ import annotations
 

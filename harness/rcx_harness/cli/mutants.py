@@ -72,7 +72,7 @@ def mutants(given: Options) -> None:
     Exit code: 0 if enough mutants are killed, 1 if not, 2 on bad input or failing tests.
     """
     if not given.word:
-        hint = f"rcx mutants {given.files[0]} -- pytest"
+        hint = f"write rcx mutants {given.files[0]} -- pytest"
         raise InputError("no command for the tests is given", hint=hint)
     percent = check_fail_under("--fail-under", given.fail_under)
     if given.minutes is not None and not given.minutes >= 0:

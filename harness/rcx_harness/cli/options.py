@@ -18,6 +18,7 @@ from structured_text.output.reading import check_file
 from structured_text.output.units import parse_us
 
 __all__ = [
+    "Device",
     "Dialect",
     "Lib",
     "Replace",
@@ -57,6 +58,10 @@ Dialect = Annotated[
         help="The tool as which the program is computed, such as codesys or tia. "
         "Default: that of the project's format, or iec."
     ),
+]
+#: The device of a project.
+Device = Annotated[
+    str, typer.Option(help="The device to read, if a project in PLCopen XML has several.")
 ]
 #: The library to use.
 Lib = Annotated[

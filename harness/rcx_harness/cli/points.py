@@ -1,4 +1,4 @@
-"""`rcx points`: points and other stored data of a controller, to a file, back, and beside it."""
+"""`rcx points`: back up, restore and compare points and other stored data of a controller."""
 
 from __future__ import annotations
 

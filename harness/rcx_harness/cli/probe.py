@@ -128,7 +128,7 @@ def _chosen(risk: int, only: list[str], yes_reading: bool) -> list[Question]:
         if name not in known:
             raise InputError(f"no question is called {name!r}", hint="see rcx probe --list")
         if known[name].risk > risk:
-            hint = f"--risk {known[name].risk}: {known[name].risk.text}"
+            hint = f"allow it with --risk {known[name].risk}: {known[name].risk.text}"
             raise InputError(f"{name} can do more than --risk {risk} allows", hint=hint)
     return [one for one in questions() if one.risk <= risk and (not only or one.id in only)]
 

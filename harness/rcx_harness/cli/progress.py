@@ -1,4 +1,4 @@
-"""Progress of what takes long, on stderr."""
+"""Progress of long commands, on stderr."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def progress_bar(what: str, shown: bool) -> Iterator[Callable[[float], None]]:
     """Progress on stderr: a bar on a terminal that shows nothing else, else a line at times.
 
     `what` names the work, such as `reading`. `shown` is False if the command itself prints lines
-    that show that it goes on.
+    that show that it continues.
     """
     if shown and sys.stderr.isatty():
         with Progress(console=Console(stderr=True), transient=True) as drawn:

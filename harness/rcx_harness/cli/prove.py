@@ -1,4 +1,4 @@
-"""`rcx prove`: what holds of a program in every run, and runs that break what does not."""
+"""`rcx prove`: prove properties of a program, or find runs that break them."""
 
 from __future__ import annotations
 

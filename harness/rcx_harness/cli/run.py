@@ -182,7 +182,7 @@ class RunOptions(CellOptions):
 
     @property
     def live(self) -> bool:
-        """At the pace of the clock, over a network that has jitter of its own."""
+        """In real time, over a network with its own jitter."""
         return self.realtime or self.connect is not None
 
     def where(self) -> Elsewhere | None:
@@ -354,7 +354,9 @@ def _run(
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
     line_us = options.line_us
     replaced = replacements(options.replace)
-    files = source_files(list(options.files), options.lib, replaced, options.dialect)
+    files = source_files(
+        list(options.files), options.lib, replaced, options.dialect, options.device
+    )
     check_outputs(options.outputs, files, *several(options.robot), options.stimulus)
     kind: type[stimuli.Stimulus] = no_robot.Stimulus if options.no_robot else Stimulus
     stimulus = kind.load(options.stimulus) if options.stimulus is not None else None
@@ -486,7 +488,7 @@ def _check_panel(options: RunOptions) -> None:
         raise InputError("--panel is for a virtual controller", hint=hint)
     if not options.realtime:
         raise InputError(
-            "--panel needs the pace of the clock", hint="add --link enip --realtime, and --for 10m"
+            "--panel needs a run in real time", hint="add --link enip --realtime, and --for 10m"
         )
 
 

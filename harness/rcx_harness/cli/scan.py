@@ -79,7 +79,7 @@ def scan(
     check_port("--port", port)
     check_outputs({"trace": trace}, None)
     if heartbeat is not None and not 1 <= heartbeat <= 0xFFFF:
-        hint = "they are 1 to 65535"
+        hint = "use 1 to 65535"
         raise InputError(f"--heartbeat {heartbeat} is not a connection point", hint=hint)
     if address:
         check_ipv4("--from", address)

@@ -112,7 +112,7 @@ def _addresses(texts: Sequence[str]) -> list[str]:
             raise InputError(f"{text!r} is not an IPv4 address", hint=hint) from None
     twice = [text for text in texts if texts.count(text) > 1]
     if twice:
-        hint = "127.0.0.2, 127.0.0.3 ... are this computer's, too"
+        hint = "use 127.0.0.2, 127.0.0.3 ...: they also belong to this computer"
         raise InputError(f"each controller needs its own address, not {twice[0]} twice", hint=hint)
     return list(texts)
 
@@ -121,7 +121,8 @@ def _check_clashes(addresses: Sequence[str], port: int, io_port: int, web: int |
     """Refuse ports that would take each other's place."""
     if port == io_port:
         raise InputError(
-            f"--port and --io-port are both {port}", hint="explicit and cyclic messages need two"
+            f"--port and --io-port are both {port}",
+            hint="use different ports for explicit and cyclic messages",
         )
     if web == port and _WEB_HOST in addresses:
         hint = "give the page another"

@@ -74,7 +74,7 @@ def sweep(options: SweepOptions) -> None:
 
 
 def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
-    """Sweep and print what fails; as JSON, and whether anything does."""
+    """Sweep and print the failures; return them as JSON, and whether there are any."""
     of = options.cells(stimulus)
     cells = of.make()
     cell = cells.cell(options.seed)

@@ -88,7 +88,7 @@ class AdapterOptions:
             least, greatest = format_us(self.rpi_min_us), format_us(RPI_MAX_US)
             raise InputError(
                 f"packet intervals of {least} to {greatest} cannot be served",
-                hint="the smallest must be at least 1 ms and not above the greatest",
+                hint="choose a smallest interval of at least 1 ms, not above the greatest",
             )
         if not FIRST_PACKET_US <= self.first_packet_us <= LONGEST_TIMEOUT_US:
             shown = format_us(self.first_packet_us)

@@ -92,7 +92,7 @@ def output_image(writes: Sequence[str], size: int) -> bytes:
         at, bit, width = _place(name.strip(), size)
         longest = 1 if bit is not None else 8 * width
         if value >> longest:
-            hint = f"it takes 0 to {(1 << longest) - 1}"
+            hint = f"use 0 to {(1 << longest) - 1}"
             raise InputError(f"{value} does not fit {name.strip()}", hint=hint)
         if bit is not None:
             image[at] = image[at] & ~(1 << bit) | value << bit

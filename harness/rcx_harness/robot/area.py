@@ -127,5 +127,5 @@ class Overlay:
             return [(place.at, 1 << (place.bit or 0))]
         signal = signals().find(name)
         if signal not in signals().output:
-            raise InputError(f"{name} is an input of the controller", hint="outputs can be held")
+            raise InputError(f"{name} is an input of the controller", hint="name an output")
         return [(signal.byte, 1 << signal.bit)]

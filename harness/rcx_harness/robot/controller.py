@@ -120,7 +120,7 @@ class Controller:
         """
         count = len(self.config.axes)
         if not isinstance(axis, int) or isinstance(axis, bool) or not 1 <= axis <= count:
-            raise InputError(f"there is no axis {axis}", hint=f"the controller has 1 to {count}")
+            raise InputError(f"there is no axis {axis}", hint=f"use 1 to {count}")
         if pulses is None:
             self.workpieces.pop(axis - 1, None)
         elif not isinstance(pulses, int) or isinstance(pulses, bool) or not fits_integer(pulses):
@@ -248,7 +248,7 @@ class Controller:
             InputError: the snapshot is not one of a controller with this configuration.
         """
         if not isinstance(snapshot, _State) or snapshot.machine.config != self.config:
-            raise InputError("this is not a snapshot of such a controller")
+            raise InputError("this snapshot is from a different controller")
         self._state = copy.deepcopy(snapshot)
 
     def _take_inputs(self, si: bytes | None) -> None:

@@ -22,7 +22,7 @@ _S = 1_000_000  # [us]
 class Clock:
     """Date and time, running on virtual time.
 
-    It shows `start` at time 0 and goes on without power.
+    It shows `start` at time 0 and continues without power.
     """
 
     def __init__(self, start: str) -> None:

@@ -28,7 +28,7 @@ def _parallel(machine: Machine, port: int, on: int) -> None:
     Machine.stopped. All others are read only by robot programs and the I/O port reference.
     """
     if on > 1:
-        raise InputError(f"on = {on} of event 'parallel_input' is not a level", hint="it is 0 or 1")
+        raise InputError(f"on = {on} of event 'parallel_input' is not a level", hint="use 0 or 1")
     machine.ports.set_input(port_by_name(f"DI({port:02})"), on)
     if port == _PARALLEL_STOP:
         machine.parallel_stop = bool(on)

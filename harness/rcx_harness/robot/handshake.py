@@ -68,7 +68,7 @@ class Handshake:
         self._execution: Execution | None = None
         self._failure: CommandError | None = None
         self._blocked = 0  # a code that was set before the ready status; it is never executed
-        self._unseen: list[Execution] = []  # commands that go on without a status
+        self._unseen: list[Execution] = []  # commands that continue without a status
         self._waits = False  # an early code is to be accepted in the next cycle
         self._reported = 0  # the last code that was reported as set too early
 

@@ -68,7 +68,7 @@ def port(name: str) -> Port:
         return _word(text, output, double=match[2] == "D", number=int(match[3]))
     number = int(match[4] or match[5], 8)  # SO7() is followed by SO10()
     if number > _LAST_PORT or (output and number < _FIRST_FREE):
-        hint = "SO2() to SO7() and SO10() to SO15() can be written, SI0() to SI15() be read"
+        hint = "write SO2() to SO7() and SO10() to SO15(), read SI0() to SI15()"
         raise InputError(f"{name} is not a port of this board", hint=hint)
     return Port(text, output, DEDICATED_AT + number, 1, int(match[6]) if match[6] else None)
 
@@ -87,7 +87,7 @@ def port_of(kind: str, number: int, bit: int | None = None) -> Port:
 def _other(text: str, kind: str, number: int, bit: int | None) -> Port:
     first = _FIRST_FREE if kind in ("DO", "MO") else 0
     if not first <= number < _BANKS[kind]:
-        hint = "DO and MO have the ports 2 to 27, LO 0 and 1, TO 0, DI 0 to 27"
+        hint = "use ports 2 to 27 of DO and MO, 0 and 1 of LO, 0 of TO, 0 to 27 of DI"
         raise InputError(f"{text} is not a port", hint=hint)
     return port_of(kind, number, bit)
 
@@ -185,7 +185,7 @@ class Ports:
     def write(self, place: Port, value: int) -> None:
         """Set an output; if the value is too long, its lower bits are written."""
         if not place.output:
-            raise InputError(f"{place.name} is an input of the robot", hint="outputs can be set")
+            raise InputError(f"{place.name} is an input of the robot", hint="name an output")
         self._check(place)
         area = self.banks[place.bank] if place.bank else self.outputs
         if self.statement is None:

@@ -142,7 +142,7 @@ async def _watch(hosts: Sequence[Host]) -> None:
     stalls = Stalls(hosts)
     while True:
         for line in stalls.new(now_us()):
-            with suppress(OSError):  # go on if stderr is closed
+            with suppress(OSError):  # continue if stderr is closed
                 print(f"rcx: {line}", file=sys.stderr, flush=True)
         await asyncio.sleep(_SHOW_EVERY_S)
 

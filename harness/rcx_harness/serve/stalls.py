@@ -11,7 +11,7 @@ __all__ = ["Stalls"]
 
 
 class Stalls:
-    """A monitor that reports processes of the controllers that stand still or go on again."""
+    """Reports controller processes that stop responding, and that respond again."""
 
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts

@@ -7,7 +7,7 @@ from enum import Enum
 __all__ = ["LIMIT_US", "Watchdog"]
 
 LIMIT_US = 2_000_000
-"""A process that has not shown its life for so long stands still; each does so every 0.3 s."""
+"""A process that has not shown its life for this time stands still; each does so every 0.3 s."""
 
 
 class Watchdog:

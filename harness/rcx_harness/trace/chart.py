@@ -394,7 +394,7 @@ def _breaks(widths: Sequence[int], room: int) -> Iterator[int]:
 def column_widths(timeline: Timeline, narrow: int, need: Callable[[int], int]) -> list[int]:
     """Return the widths of the columns of a chart, wide enough for short values.
 
-    `need` returns the width of a text of so many characters, with its margins.
+    `need` returns the width of a text of this many characters, with its margins.
     """
     instants = timeline.instants()[:MOST_INSTANTS]
     widths = [narrow] * len(instants)

@@ -175,7 +175,7 @@ def _header(line: bytes, path: str | Path) -> dict[str, Any]:
                 )
         size = header.get("size", SIZE)
         if size not in AREA_SIZES:
-            hint = "the areas of a controller have 48 or 256 bytes"
+            hint = "use 48 or 256"
             raise InputError(f"size is {size}", file=path, line=1, hint=hint)
         return header
     if str(given).startswith(FORMAT.partition("/")[0]):

@@ -1,4 +1,4 @@
-"""The rules of the wire, checked on the PLC's side of it, scan by scan.
+"""The rules of the wire, checked on the PLC's side, scan by scan.
 
 The controller reports what it receives. This monitor reports what the program has written, so a
 fault is found at its origin, even if the network happens to hide it. It judges only while the PLC's

@@ -57,7 +57,7 @@ def fidelity_page() -> str:
         mine = [rule for rule in rules() if rule.basis == basis]
         if mine:
             both = basis in ("public", "measured")
-            heads = ["#", "Rule", names, *(["Knobs"] if both else [])]
+            heads = ["#", "Rule", names, *(["Settings"] if both else [])]
             lines += [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
             lines += [_row(f"{letter}{n}", rule, defaults) for n, rule in enumerate(mine, 1)]
         else:

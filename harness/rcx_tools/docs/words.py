@@ -42,9 +42,10 @@ def words_page() -> Iterator[str]:
 _CONSTRUCTS = """
 ## Constructs beyond the portable subset
 
-What `rcx check --for` says of them: **yes** is taken and **no** is refused, by the source with that
-number below; an empty cell is *assumed* to be refused, because no public document was found that
-says so or denies it, and is told as "may be refused". What each means: [language.md](language.md).
+The table shows the result of `rcx check --for`. **yes** means that the tool accepts the construct,
+**no** that it refuses it; the number is the source below. An empty cell means that no public
+document answers the question; the command then reports "may be refused". The meaning of each
+construct is in [language.md](language.md).
 """
 
 

@@ -109,6 +109,7 @@ class Bench:
         watch: str | Sequence[str] = (),
         replace: Mapping[str, str | Path] | None = None,
         dialect: str | None = None,
+        device: str = "",
         keep: int = KEPT,
     ) -> Bench:
         """Compile a program and put it onto a bench.
@@ -123,6 +124,7 @@ class Bench:
             replace: ST files for POUs of a project, by the POU's name.
             dialect: The tool as which the program is computed; default: that of the project's
                 format, or plain Structured Text.
+            device: The device to read of a project with several devices.
             keep: Number of trace records in memory; each snapshot contains them.
 
         Raises:
@@ -131,7 +133,8 @@ class Bench:
         whole("keep", keep, 0, sys.maxsize)
         files = program
         if not isinstance(files, SourceFiles):
-            files = source_files(files, None if lib is None else Path(lib), replace, dialect)
+            library = None if lib is None else Path(lib)
+            files = source_files(files, library, replace, dialect, device)
         check_outputs({"trace": trace}, files)
         compiled = Compiled.take(files, engine)
         try:

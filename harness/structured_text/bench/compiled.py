@@ -36,7 +36,7 @@ class Compiled:
         self.files = files
         if (collector := collecting()) and files.folder is not None:
             collector.leave_out(files.folder)
-        built = build(files.all, engine, files.users[1])
+        built = build(files.all, engine)
         self.program: Program = built.program
         self.retained = built.retained
         self.notice = "\n".join(filter(None, (*files.notes, built.notice)))

@@ -339,7 +339,7 @@ class Debugger:
         if self._quiet:
             return
         self._said += 1
-        if self._unsaid > 0:  # printed when the scan ran before
+        if self._unsaid > 0:  # its messages were printed in the first run of the scan
             self._unsaid -= 1
             return
         texts = [

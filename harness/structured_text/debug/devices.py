@@ -86,7 +86,7 @@ class DeviceBreakpoint(Breakpoint):
 
     Attributes:
         file: Canonical path of the file; empty: each line of `task`.
-        depth: With `task`: only lines with at most so many calls in the stack.
+        depth: With `task`: only lines with at most this many calls in the stack.
         holds: Its condition, evaluated in a task.
     """
 

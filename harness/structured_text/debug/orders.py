@@ -27,7 +27,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Forward:
-    """An order to go on: `until` is continue, in, over, out or scan; `scans` is for scan.
+    """An order to continue: `until` is continue, in, over, out or scan; `scans` is for scan.
 
     `task` is the task of a device in which a step ends; 0: in the program.
     """

@@ -58,7 +58,7 @@ def read_message(stream: BinaryIO) -> Message | None:
         return None
     if length > _LONGEST:
         told = f"a message of {length:.3g} bytes is too long for the debug adapter protocol"
-        raise InputError(told, hint=f"the limit is {_LONGEST} bytes")
+        raise InputError(told, hint=f"send at most {_LONGEST} bytes")
     body = stream.read(length)
     if len(body) < length:
         return None

@@ -1,7 +1,7 @@
 """One scan under the interpreter's trace hook, which can stop before every statement.
 
 The program's code is the same with and without the hook. A stop is a call of the hook that blocks
-until the user goes on. A scan is left in its middle by an exception, which no program catches.
+until the user continues. A scan is left in its middle by an exception, which no program catches.
 Lines of devices' programs that begin during the scan are steps of it like statements.
 """
 

@@ -1,4 +1,4 @@
-"""Variables of a program in the engine's representation: found, shown, opened, set.
+"""Variables of a program in the engine's representation: how to find, show and set them.
 
 A BOOL or number is itself, a time is in nanoseconds, an enumeration is its number. A structure or
 block is an object with slots in upper case, an array is one list of all elements.
@@ -276,6 +276,6 @@ def local(
 def refuse_set(of: Held) -> InputError:
     """Return the error for a variable that cannot be set."""
     if not of.path:
-        return InputError(f"{of.name} is not a variable", hint="only a variable can be set")
+        return InputError(f"{of.name} is not a variable", hint="set a variable")
     text = f"{of.path} is a {describe(of.type)}"
     return InputError(text, hint="set its members or elements one by one")

@@ -156,7 +156,7 @@ def syntax_of(text: str) -> s.Expression:
 
 
 def _scopes(project: Project) -> dict[str, Scope]:
-    """Return the scope of each POU; the front end has discarded its own, so they are built anew."""
+    """Return the scope of each POU, built again because the front end has discarded its scopes."""
     sources = [read_file(file) for file in project.files]
     registry = Registry(sources, lambda _: None, rules_of(project.dialect))
     declarations = Declarations(registry, lambda _: None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,9 +47,7 @@ _OF_MATIEC = ("a standard function of dates or BCD",)
 
 
 @uncollected()
-def build(
-    paths: Sequence[Path | str], engine: str = "auto", tested: Collection[Path] = ()
-) -> Built:
+def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
     """Check ST sources and compile them.
 
     Raise InputError if the sources contain an error (with file and line), the engine is unknown or
@@ -61,17 +59,15 @@ def build(
             compiler are found, the program is portable, and no known fault of matiec concerns it.
             Else, or if coverage is counted, it takes the built-in engine, as for a program of a
             tool that computes otherwise (`language.dialects`). STruC++ runs only if it is named.
-        tested: Files that were tested with matiec, as those of a library; its known faults are not
-            looked for in them.
     """
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
     project = load([path if isinstance(path, Path) else Path(path) for path in paths])
-    program, notice = _compiled(project, engine, tested)
+    program, notice = _compiled(project, engine)
     return Built(program, notice, _retained(project))
 
 
-def _compiled(project: Project, engine: str, tested: Collection[Path]) -> tuple[Program, str]:
+def _compiled(project: Project, engine: str) -> tuple[Program, str]:
     """Return the program on an engine, and a notice about the choice."""
     collector = collecting()
     if engine == "auto" and collector is not None:
@@ -95,7 +91,7 @@ def _compiled(project: Project, engine: str, tested: Collection[Path]) -> tuple[
     if collector is not None and compiled:
         collector.elsewhere.add(engine)
     if matiec is not None and compiler is not None:
-        program, notice = _on_matiec(project, engine, tested, matiec, compiler)
+        program, notice = _on_matiec(project, engine, matiec, compiler)
         return program, "\n".join(filter(None, (notice, _elsewhere(rules, engine))))
     if strucpp is not None and compiler is not None:
         from structured_text.engines.strucpp.program import StrucppProgram
@@ -112,14 +108,12 @@ def _compiled(project: Project, engine: str, tested: Collection[Path]) -> tuple[
     return BuiltinProgram.build(project), notice
 
 
-def _on_matiec(
-    project: Project, engine: str, tested: Collection[Path], matiec: Matiec, compiler: str
-) -> tuple[Program, str]:
+def _on_matiec(project: Project, engine: str, matiec: Matiec, compiler: str) -> tuple[Program, str]:
     """Return the program on matiec; under `auto` on the built-in engine if matiec is not right."""
     from structured_text.engines.matiec import faults
     from structured_text.engines.matiec.program import MatiecProgram
 
-    found = faults.places(project, tested, faults.is_new(matiec))
+    found = faults.places(project, faults.is_new(matiec))
     if engine == "auto":
         if found:
             return BuiltinProgram.build(project), faults.why_builtin(found)

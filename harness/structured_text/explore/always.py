@@ -30,10 +30,12 @@ def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> C
     programs = [file for file, found in ends.items() if found]
     if len(programs) != 1 or len(ends[programs[0]]) != 1:
         told = f"there are {sum(map(len, ends.values()))} programs to check {always[0]!r} in"
-        raise InputError(told, hint="it needs one PROGRAM in a file of Structured Text")
+        raise InputError(told, hint="give one PROGRAM in a file of Structured Text")
     for text in always:
         if "*)" in text or not text.strip():
-            raise InputError(f"{text!r} is not an expression", hint='--always "NOT (A AND B)"')
+            raise InputError(
+                f"{text!r} is not an expression", hint='write --always "NOT (A AND B)"'
+            )
     comments = "".join(f" (* prove: {_MAIN.sub('', text)} *)" for text in always)
     copy = folder / "always" / programs[0].name
     copy.parent.mkdir()

@@ -45,7 +45,7 @@ class Cluster:
         scheme, host, _ = self.parts()
         for name, file in (("ca", self.ca), ("cert", self.cert), ("key", self.key)):
             if scheme == "tls" and file is None:
-                hint = "docs/how-to/cluster.md says how to make it"
+                hint = "create it as docs/how-to/cluster.md describes"
                 raise InputError(f"{self.address} needs --cluster-{name}", hint=hint)
             if scheme == "tcp" and file is not None:
                 raise InputError(f"--cluster-{name} is for tls://, not for {self.address}")

@@ -629,7 +629,7 @@ class _BlockCalls:
             raise self._scope.error(
                 f"{block.name} has no output {argument.name.text}",
                 argument.at,
-                f"it has {', '.join(outputs)}",
+                f"use {', '.join(outputs)}",
             )
         assert isinstance(argument.value, PLACES)
         found = self._expressions.writable(argument.value)

@@ -64,7 +64,7 @@ def function_arguments(
             raise scope.error(
                 f"{pou.name} has no input {key}",
                 argument.at,
-                f"it has {', '.join(symbol.name for symbol in pins)}",
+                f"use {', '.join(symbol.name for symbol in pins)}",
             )
         if key in given:
             raise scope.error(f"{argument.name.text} is given twice", argument.at)
@@ -237,7 +237,7 @@ def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) 
     if pin is not None and pin.section == "VAR_OUTPUT":
         hint = f"write {pin.name} => variable"
     else:
-        hint = f"it has {', '.join(pin.name for pin in pins)}"
+        hint = f"use {', '.join(pin.name for pin in pins)}"
     return scope.error(f"{block.name} has no input {name.text}", name.at, hint)
 
 

@@ -32,7 +32,7 @@ class Operating(Protocol):
 
 
 class Referring(Protocol):
-    """The part of `references.References` that other modules use."""
+    """The interface of `references.References` for other modules."""
 
     def followed(self, found: t.Variable) -> t.Variable:
         """Return the target of a reference; any other variable as it is."""
@@ -59,7 +59,7 @@ class Naming(Protocol):
 
 
 class Checking(Protocol):
-    """The part of `ExpressionChecker` that its parts use.
+    """The interface of `ExpressionChecker` for the modules that check parts of expressions.
 
     Attributes:
         scope: The names of the POU.

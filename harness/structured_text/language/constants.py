@@ -60,7 +60,7 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
         raise where.error(
             f"the literal has {len(node.text)} characters: {node.text[:20]}...",
             node.at,
-            "no type holds such a value",
+            "write a value that a type can hold",
         )
     try:
         if node.kind == "BOOLEAN":
@@ -97,7 +97,7 @@ def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
         return Constant(kind.value_of(name.key), kind, True)
     except ValueError:
         raise where.error(
-            f"{kind.name} has no member {name.text}", name.at, f"it has {', '.join(kind.members)}"
+            f"{kind.name} has no member {name.text}", name.at, f"use {', '.join(kind.members)}"
         ) from None
 
 

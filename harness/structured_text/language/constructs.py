@@ -1,4 +1,4 @@
-"""Constructs beyond the portable subset: their names, and what to write instead of them.
+"""Constructs beyond the portable subset, each with its name and the portable alternative.
 
 The built-in engine runs all of them. A tool that knows only the portable subset refuses a program
 with such a construct and names it.

@@ -431,7 +431,7 @@ class Declarations(Types):
             raise where.error(
                 f"a {describe(kind)} does not fit the address {text}",
                 node.address.at,
-                "X takes BOOL, B 8 bits, W 16, D 32, L 64; so do elements of arrays, but for BOOL",
+                "use X for BOOL, B for 8 bits, W 16, D 32, L 64; arrays of BOOL are not possible",
             )
         if one != kind:
             where.note("a located array", node.address.at)

@@ -15,7 +15,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.objects import INIT, Objects
 from structured_text.language.parser import TWO_BASES
-from structured_text.language.registry import Declared, base_name, last_name
+from structured_text.language.registry import Declared, Registry, base_name, last_name
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import ArrayType, BlockType, Type, has_block, inside
 from structured_text.language.values import describe
@@ -43,6 +43,7 @@ class _Declarations(Protocol):
     broken: set[str]
     local: MutableMapping[str, Symbol]
     sections: list[tuple[s.Section, Declared]]
+    registry: Registry
 
     def is_known(self, key: str) -> bool:
         """Return whether the sources declare this name."""
@@ -84,6 +85,7 @@ class Inheritance:
             return {}
         if TWO_BASES in node.words:
             raise where.error("a block extends one block only", node.at, "use interfaces")
+        self._declarations.registry.check_reachable(node.extends, where)
         key = base_name(node)
         base = self._declarations.pous.get(key)
         if base is None or base.kind != "FUNCTION_BLOCK":
@@ -141,9 +143,15 @@ class Inheritance:
     def _find_bases(self, owner: _Owner) -> None:
         node, where = owner.node, owner.where
         interfaces = node.implements if isinstance(node, s.Pou) else node.extends
+        registry = self._declarations.registry
         if isinstance(node, s.Pou) and node.extends is not None:
             self.objects.bases[owner.key].append(base_name(node))
         for name in interfaces:
+            try:
+                registry.check_reachable(name, where)
+            except InputError as error:
+                self._report(error)
+                continue
             base = self._owners.get(last_name(name))
             if base is None or not isinstance(base.node, s.Interface):
                 hint = "name its file, too, or check the spelling"

@@ -41,22 +41,28 @@ from structured_text.language.source import is_narrow, source_text
 from structured_text.language.system import QUERY, system_declaration
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
+from structured_text.language.unread import not_executed, refusal, unread_bodies
 from structured_text.language.walk import parts
 from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
 
 __all__ = [
     "Read",
     "Schedule",
+    "Visit",
     "analyse",
     "checked",
     "configure",
+    "first_errors",
     "load",
     "read_file",
+    "survey",
     "too_deep",
 ]
 
 #: A function that parses one source.
 Read = Callable[[Path], s.Source]
+#: A function that sees the names known in a body, and its statements.
+Visit = Callable[[Scope, tuple[s.Statement, ...]], None]
 
 #: Priority of a task without one, by the standard. It is the lowest, which runs last.
 _LOWEST = 65535
@@ -206,7 +212,7 @@ def _instance(
         raise declared.error(
             f"{kind.text} is used by its name, and has the instances {others[0]} and {name.text}",
             name.at,
-            "only a program with one instance can be",
+            "use a program with a single instance",
         )
     return pou.block
 
@@ -220,13 +226,24 @@ def load(paths: Sequence[Path], read: Read | None = None) -> Project:
         The checked project.
 
     Raises:
-        InputError: the first mistake, with file, line and hint.
+        InputError: the first mistake, with file, line and hint; or the program executes a body
+            in another language.
     """
-    return runnable(checked(paths, read))
+    return not_executed(runnable(_whole(paths, read)), paths)
 
 
 def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
-    """Parse and check sources that may also be a library without a PROGRAM, or raise InputError."""
+    """Parse and check sources that may also be a library without a PROGRAM, or raise InputError.
+
+    Bodies in other languages are refused.
+    """
+    if unread := unread_bodies(paths):
+        raise refusal(unread)
+    return _whole(paths, read)
+
+
+def _whole(paths: Sequence[Path], read: Read | None) -> Project:
+    """Return the checked project, or raise InputError with the first mistake."""
     project, errors = analyse(paths, read)
     if errors:
         raise errors[0]
@@ -235,18 +252,29 @@ def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
 
 
 def analyse(
-    paths: Sequence[Path], read: Read | None = None
+    paths: Sequence[Path], read: Read | None = None, most: int | None = None
 ) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, in the order of the given files.
 
     Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
-    another error are left out.
+    another error are left out. `most` is the number of errors after which the others are counted;
+    default: `MOST_MISTAKES`.
     """
     read = read or read_file
     try:
-        return deeply(partial(_analysed, paths, read))
+        project, errors = deeply(partial(_analysed, paths, read))
+        return project, first_errors(errors, MOST_MISTAKES if most is None else most)
     except RecursionError:
         return None, [too_deep(paths, read)]
+
+
+def survey(paths: Sequence[Path], visit: Visit, read: Read | None = None) -> list[InputError]:
+    """Check sources, and show each body with the names that are known in it.
+
+    `visit` is called after all declarations are resolved as far as possible, also if there are
+    errors. Return all errors.
+    """
+    return deeply(partial(_analysed, paths, read or read_file, visit))[1]
 
 
 def read_file(path: Path) -> s.Source:
@@ -284,7 +312,9 @@ def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
 
 
 @uncollected()
-def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[InputError]]:
+def _analysed(
+    paths: Sequence[Path], read: Read, visit: Visit | None = None
+) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
     missing = False
@@ -302,7 +332,7 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
     whole = instantiated(joined(sources))
     errors += [error for one in whole for error in one.errors if error not in errors]
     rules = rules_of(dialect_of(paths))
-    project = _resolve(whole, found, whole=not errors, dialect=rules)
+    project = _resolve(whole, found, whole=not errors, dialect=rules, visit=visit)
     found = _causes(found, sources)
     # Declarations in an unreadable file are unknown to the other files.
     unread = {(one.file, one.line) for one in errors}
@@ -314,7 +344,7 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
     errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
-    return project if not errors else None, _first(list(dict.fromkeys(errors)))
+    return project if not errors else None, list(dict.fromkeys(errors))
 
 
 def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
@@ -332,14 +362,14 @@ def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
             )
 
 
-def _first(errors: list[InputError]) -> list[InputError]:
+def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[InputError]:
     """Return the first errors, up to a limit, and a note on the number of further errors."""
-    more = len(errors) - MOST_MISTAKES
+    more = len(errors) - most
     if more <= 0:
         return errors
-    last = errors[MOST_MISTAKES - 1]
+    last = errors[most - 1]
     text = f"there are more mistakes, which are not shown: {more:,}"
-    return [*errors[:MOST_MISTAKES], InputError(text, file=last.file, line=last.line)]
+    return [*errors[:most], InputError(text, file=last.file, line=last.line)]
 
 
 def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:
@@ -407,7 +437,12 @@ _UNKNOWN = re.compile(r"there is no |\S+ is not declared")
 
 
 def _resolve(
-    sources: list[s.Source], errors: list[InputError], *, whole: bool, dialect: Dialect
+    sources: list[s.Source],
+    errors: list[InputError],
+    *,
+    whole: bool,
+    dialect: Dialect,
+    visit: Visit | None = None,
 ) -> Project | None:
     registry = Registry(sources, errors.append, dialect)
     ordered = registry.ordered()
@@ -427,10 +462,14 @@ def _resolve(
             pou = declarations.pous[declared.node.name.key]
             scope = Scope(pou, declared, registry, declarations)
             check_body(scope, declared.node.body, errors.append)
+            if visit is not None:
+                visit(scope, declared.node.body)
             check_start(scope, declared.node.sections, errors.append)
     for method, syntax, where in declarations.inheritance.bodies():
         scope = Scope(method, where, registry, declarations)
         check_body(scope, syntax.body, errors.append)
+        if visit is not None:
+            visit(scope, syntax.body)
         check_start(scope, syntax.sections, errors.append)
     if errors or not whole:
         return None

@@ -6,6 +6,7 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.calls import are_named, refuse_enabling
 from structured_text.language.checking import Checking
+from structured_text.language.overloads import overload, overloads
 from structured_text.language.references import PLACES, place_of
 from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
@@ -167,7 +168,7 @@ class Methods:
             symbol = self._scope.symbol(callee.key)
             if pou is None or (symbol is not None and symbol is not self._scope.pou.result):
                 return None
-            method = self._objects.method(pou.block, callee.key)
+            method = self._method(pou.block, callee.key)
             if method is None:
                 return None
             self._check_access(method, callee)
@@ -183,16 +184,23 @@ class Methods:
             if lacks or first.key in self._scope.declarations.broken:
                 raise ConsequenceError(f"{first.text} has an error")
             text = f"there is no variable or namespace {first.text}"
+            if first.key in self._scope.declarations.broken:
+                raise ConsequenceError(text)
             raise self._scope.error(text, first.at, "name its file, too, or check the spelling")
         final = isinstance(callee.base, s.This) and callee.base.above
         base = self._all.base(callee.base)
-        method = self._objects.method(base.type, callee.name.key)
+        method = self._method(base.type, callee.name.key)
         if method is None:
             if isinstance(base.type, (BlockType, InterfaceType)):
                 self._refuse_no_method(base.type, callee)
             return None
         self._check_access(method, callee.name)
         return base, method, final
+
+    def _method(self, kind: Type | None, key: str) -> t.Pou | None:
+        """Return a method of a block or interface, or one of its overloads; None without it."""
+        found = self._objects.method(kind, key)
+        return found or next(iter(overloads(self._objects, kind, key).values()), None)
 
     def _is_elsewhere(self, name: s.Name) -> bool:
         """Return whether a bare name is a list of globals, a program or a type."""
@@ -209,7 +217,7 @@ class Methods:
             return
         names = self._objects.names(kind)
         text = f"{kind.name} has no method {callee.name.text}"
-        hint = f"it has {', '.join(names[:8])}" if names else ""
+        hint = f"use {', '.join(names[:8])}" if names else ""
         raise self._scope.error(text, callee.name.at, hint)
 
     def call(
@@ -227,6 +235,9 @@ class Methods:
         if found is None:
             return None
         instance, method, final = found
+        key = (callee.name if isinstance(callee, s.Field) else callee).key  # type: ignore[union-attr]
+        if self._objects.method(instance.type, key) is None:
+            node, method = overload(node, overloads(self._objects, instance.type, key), self._all)
         self._check_whole(method)
         if final and "ABSTRACT" in method.words:
             raise self._scope.error(f"{method.name} is ABSTRACT and has no body", node.at)
@@ -275,7 +286,7 @@ class Methods:
                 raise self._scope.error(
                     f"{method.name} has no {kind} {argument.name.text if argument.name else key}",
                     argument.at,
-                    f"it has {', '.join(names)}" if names else "",
+                    f"use {', '.join(names)}" if names else "",
                 )
             if key in given:
                 raise self._scope.error(f"{pins[key].name} is given twice", argument.at)

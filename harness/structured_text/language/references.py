@@ -67,7 +67,9 @@ class References:
             raise self._scope.error(
                 f"^ needs a pointer, not a {describe(kind)}",
                 node.at,
-                "a REFERENCE TO and a VAR_IN_OUT are used without ^" if _is_plain(base) else "",
+                "remove ^: a REFERENCE TO and a VAR_IN_OUT are used without it"
+                if _is_plain(base)
+                else "",
             )
         return t.Deref(base, _target(kind))
 

@@ -132,7 +132,8 @@ class Registry:
         key = node.name.key
         earlier = self.types.get(key) or self.pous.get(key) or self.interfaces.get(key)
         if earlier is not None:
-            hint = f"it is also declared in {earlier.file.name}, line {earlier.node.name.at.line}"
+            place = f"{earlier.file.name}, line {earlier.node.name.at.line}"
+            hint = f"remove this one or the one in {place}"
             self._report(declared.error(f"{node.name.text} is declared twice", node.name.at, hint))
         elif key in CORE:
             self._report(
@@ -176,8 +177,22 @@ class Registry:
             node = declared.node
             if any(last_name(one) not in self.interfaces for one in node.implements):
                 return True
+            if node.extends is not None and not self.is_reachable(node.extends):
+                return True
             key = "" if node.extends is None else base_name(node)
         return bool(key)
+
+    def is_reachable(self, name: s.Name) -> bool:
+        """Return whether a name has no namespace, or one of the sources or of a known library."""
+        space = name.key.rpartition(".")[0]
+        return not space or space in self.namespaces
+
+    def check_reachable(self, name: s.Name, where: Declared) -> None:
+        """Raise InputError if a name has an unknown namespace."""
+        if not self.is_reachable(name):
+            space = name.text[: name.text.rindex(".")]
+            hint = "name its project, too, or check the spelling"
+            raise where.error(f"there is no namespace {space}", name.at, hint)
 
     def variable_clash(self, key: str) -> str:
         """Return why a variable should not have this name; empty if it can."""
@@ -225,7 +240,11 @@ class Registry:
                     self._report_cycle(declared, (*path[path.index(key) :], key))
                 return
             done[key] = False
-            used = [name for name in _used(declared.node) if name in everything]
+            used = [
+                last_name(name)
+                for name in _used(declared.node)
+                if self.is_reachable(name) and last_name(name) in everything
+            ]
             for name in used:
                 visit(everything[name], (*path, key))
             done[key] = True
@@ -260,19 +279,19 @@ def _nameless(at: s.Position) -> s.GlobalList:
     return s.GlobalList(s.Name("", at), s.Section("VAR_CONFIG", "", (), at), at)
 
 
-def _used(node: Any) -> Iterator[str]:
+def _used(node: Any) -> Iterator[s.Name]:
     """Yield names of types and functions that a piece of syntax uses, in order."""
     for one in nodes(node, _LATER):
         kind = type(one)
         if kind is s.NamedSpec:
-            yield one.name.key.rpartition(".")[2]
+            yield one.name
         elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
             space, _, name = one.extends.key.rpartition(".")
             # `Drive EXTENDS Library.Drive` extends the other block of its name.
             if not space or name != one.name.key:
-                yield name
+                yield one.extends
         elif kind is s.Call:
-            yield one.function.key
+            yield one.function
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:

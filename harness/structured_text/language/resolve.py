@@ -186,6 +186,7 @@ class Types:
         bits: set[str] = set()
         values: dict[str, Any] = {}
         if base is not None:
+            self.registry.check_reachable(base, where)
             known = self.type_named(last_name(base))
             if known is None and last_name(base) in self.registry.types:
                 raise ConsequenceError(f"the declaration of {base.text} has an error")
@@ -306,10 +307,9 @@ class Types:
         if spec.generics:
             text = f"{spec.name.text} has no VAR_GENERIC"
             raise where.error(text, spec.at, "leave out what is in < >")
-        space, _, key = spec.name.key.rpartition(".")
+        self.registry.check_reachable(spec.name, where)
+        key = last_name(spec.name)
         name = spec.name.text[-len(key) :]
-        if space and space not in self.registry.namespaces:
-            raise where.error(f"there is no namespace {spec.name.text[: len(space)]}", spec.at)
         if key in self.registry.interfaces:
             return InterfaceType(self.registry.interfaces[key].node.name.text), None
         if key == QUERY and key not in self.registry.types and key not in self.registry.pous:

@@ -12,8 +12,10 @@ from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
 __all__ = [
+    "ELSEWHERE",
     "Extract",
     "Line",
+    "Unread",
     "in_dialect",
     "is_narrow",
     "origin",
@@ -34,6 +36,9 @@ _MARKS = {
     b"\xfe\xff": "UTF-16",
 }
 
+#: Added to the number of a line that is not in the file of its extract, but in its `project`.
+ELSEWHERE = 10_000_000
+
 
 @dataclass(frozen=True)
 class Line:
@@ -50,6 +55,27 @@ class Line:
     shift: int = 0
 
 
+@dataclass(frozen=True)
+class Unread:
+    """A body that is in another language than Structured Text.
+
+    Its POU is declared with an empty body, so that the rest of the sources can be checked.
+
+    Attributes:
+        name: Its POU, or `Block.Method` for a part of a POU.
+        says: The reason, as the predicate of a message.
+        language: The short name of its language, for lists.
+        file: Its file.
+        at: Its line in that file.
+    """
+
+    name: str
+    says: str
+    language: str
+    file: Path
+    at: int
+
+
 class Extract(_AnyPath):
     """A file together with the Structured Text that was extracted from it.
 
@@ -60,21 +86,38 @@ class Extract(_AnyPath):
         lines: The text, or None for a plain path.
         title: Name for this source. It corresponds to the stem of a separate file.
         dialect: The dialect of the program (`language.dialects`); empty if the path says none.
+        unread: The bodies that are missing in the text, because they are in another language.
+        project: File of the lines from `ELSEWHERE` on: the project, if the file is a replacing one.
     """
 
     lines: tuple[Line, ...] | None = None
     title: str = ""
     dialect: str = ""
+    unread: tuple[Unread, ...] = ()
+    project: str = ""
     _whole_hash: int | None = None
 
     @classmethod
     def make(
-        cls, file: Path, lines: tuple[Line, ...] | None, title: str = "", dialect: str = ""
+        cls,
+        file: Path,
+        lines: tuple[Line, ...] | None,
+        title: str = "",
+        project: str = "",
+        unread: tuple[Unread, ...] = (),
+        dialect: str = "",
     ) -> Extract:
         """Return the extract of a file; without lines, a path that says only its dialect."""
         made = cls(str(file))
         made.lines, made.title, made.dialect = lines, title, dialect
+        made.project, made.unread = project, unread
         return made
+
+    def place(self, line: int) -> tuple[str, int]:
+        """Return the file and the line in it for the line of a message."""
+        if self.project and line > ELSEWHERE:
+            return self.project, line - ELSEWHERE
+        return str(self), line
 
     def __eq__(self, other: object) -> bool:
         """Return whether path, dialect and lines are equal."""
@@ -98,15 +141,17 @@ class Extract(_AnyPath):
         """Return how to pickle this path; without lines and dialect it becomes a plain path."""
         if self.lines is None and not self.dialect:
             return Path, (str(self),)
-        return Extract.make, (str(self), self.lines, self.title, self.dialect)
+        given = (str(self), self.lines, self.title, self.project, self.unread, self.dialect)
+        return Extract.make, given
 
 
 def in_dialect(file: Path, dialect: str) -> Path:
     """Return the path of a source that says its dialect."""
     if getattr(file, "dialect", "") == dialect:
         return file
-    lines, title = getattr(file, "lines", None), getattr(file, "title", "")
-    return Extract.make(file, lines, title, dialect)
+    if not isinstance(file, Extract):
+        return Extract.make(file, None, dialect=dialect)
+    return Extract.make(file, file.lines, file.title, file.project, file.unread, dialect)
 
 
 def source_text(file: Path) -> str:

@@ -132,7 +132,7 @@ def from_python(kind: Type, value: Any, path: str) -> Any:
     if isinstance(kind, ElementaryType):
         return _elementary(kind, value, path)
     if isinstance(kind, (ReferenceType, InterfaceType)):
-        hint = "the program itself says what it leads to"
+        hint = "set it in the program"
         raise InputError(f"{path} is a {describe(kind)} and cannot be set", hint=hint)
     if isinstance(kind, ArrayType):
         return _array(kind, kind.bounds, value, path)
@@ -243,7 +243,7 @@ def _fields(kind: StructType | BlockType, value: Any, path: str) -> dict[str, An
         if str(key).upper() not in known:
             raise InputError(
                 f"{path} of type {describe(kind)} has no field {key}",
-                hint=f"it has {', '.join(name for name, _ in fields)}",
+                hint=f"use {', '.join(name for name, _ in fields)}",
             )
         name, field_type = known[str(key).upper()]
         result[name] = from_python(field_type, item, f"{path}.{name}")

@@ -43,7 +43,7 @@ class Reasons:
         rows = load_toml(file).get("survivor", []) if file.exists() else []
         for number, row in enumerate(rows, 1):
             if not isinstance(row, dict) or not all(isinstance(row.get(key), str) for key in _ROW):
-                hint = f"it needs {', '.join(_ROW)}, each a text"
+                hint = f"write {', '.join(_ROW)}, each as a text"
                 line, text = (
                     line_of(file, "survivor", number),
                     f"[[survivor]] {number} is not whole",

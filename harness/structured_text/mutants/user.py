@@ -43,7 +43,7 @@ class UserMutants:
         self.files, library = sources.users
         for file in self.files:
             if getattr(file, "lines", None) is not None:
-                hint = f"mutants are made of .st files; `{COMMAND} import` writes them"
+                hint = f"write its .st files with `{COMMAND} import`"
                 raise InputError("is a project", file=file, hint=hint)
         self._all = [*self.files, *library]
         self._mutants = Mutants(run.folder, self._all, portable=False)
@@ -63,7 +63,7 @@ class UserMutants:
             last = next((line for line in reversed(printed.splitlines()) if line.strip()), "")
             told = f"`{command}` ends with {code} and runs no tests: {last.strip()}"
             raise InputError(
-                told, hint=f"the command must run pytest where {DISTRIBUTION} is installed"
+                told, hint=f"run pytest in an environment with {DISTRIBUTION} installed"
             )
         failed = [node for node, passed in said["passed"].items() if not passed]
         if failed:

@@ -61,7 +61,7 @@ def interval_us(exact: Fraction, text: str, task: str, file: Path, line: int) ->
     except InputError:
         found = 0
     if not found:
-        hint = "only tasks that run at an interval of 1 us to 365 d are read: T#10ms"
+        hint = "write an interval of 1 us to 365 d, such as T#10ms"
         text = f"the task {task} has the interval {_shown(text)}"
         raise InputError(text, file=file, line=line, hint=hint)
     return found

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from fractions import Fraction
 from pathlib import Path
 
 from structured_text.errors import InputError
@@ -25,13 +24,9 @@ from structured_text.projects.model import (
     made,
     trimmed,
 )
-from structured_text.projects.numbers import (
-    interval_text,
-    interval_us,
-    milliseconds_us,
-    priority_of,
-)
-from structured_text.projects.tasks import ToolTask, configuration
+from structured_text.projects.plcopen_devices import choose_device
+from structured_text.projects.plcopen_tasks import read_tasks, written_interval
+from structured_text.projects.tasks import by_event, configuration
 from structured_text.projects.xml import Element
 
 __all__ = ["KINDS", "SECTIONS", "read_plcopen"]
@@ -69,15 +64,20 @@ _TOOLS = {
 _LANGUAGES = ("ST", "IL", "LD", "FBD", "SFC", "CFC")
 
 
-def read_plcopen(root: Element, file: Path) -> Project:
-    """Read the types, POUs, lists of variables and tasks of a project, or raise InputError."""
+def read_plcopen(root: Element, file: Path, device: str = "") -> Project:
+    """Read the types, POUs, lists of variables and tasks of a project, or raise InputError.
+
+    If there are several devices with programs, `device` is the name of the one to read.
+    """
+    choose_device(root, device, file)
     reader = _Reader(file)
     units: list[Unit] = []
     for element in root.below("dataType", "pou", "Interface", "configuration", "globalVars"):
         units += reader.units(element)
-    found = Project(tuple(units))
-    if not any(unit.kind == "CONFIGURATION" for unit in units):
-        found = found.plus(configuration(reader.tasks(root)))
+    found = Project(tuple(units), reader.notes)
+    if not any(unit.kind == "CONFIGURATION" for unit in units) and not reader.notes:
+        tasks = [task for task in read_tasks(root.below("task"), file) if task.programs]
+        found = found.plus(configuration(tasks))
     if not found.units:
         raise InputError("has no POU and no type", file=file)
     return found
@@ -99,6 +99,7 @@ def written_by(root: Element) -> str:
 class _Reader:
     def __init__(self, file: Path) -> None:
         self._file = file
+        self.notes: tuple[str, ...] = ()
 
     def _error(self, message: str, element: Element) -> InputError:
         return InputError(message, file=self._file, line=element.at)
@@ -213,6 +214,7 @@ class _Reader:
         if given is None:
             raise self._error(f"the variable {self._name(element)} has no type", element)
         kind = _open_array(element) or self._type(_only(given, self._file))
+        kind += _start_arguments(element)
         text = f"{self._name(element)}{address} : {kind}{self._initial(element)};"
         return made(element.at, f"{indent}{text}{_note(element)}")
 
@@ -309,6 +311,7 @@ class _Reader:
         if not unnamed and not any(resource.all("task") for resource in resources):
             return
         name = self._name(element)
+        found, called = Project(), 0
         lines = [*_comment(element), *made(element.at, f"CONFIGURATION {name}")]
         for one in _unnamed(element):
             lines += self._section(one, "  ")
@@ -316,53 +319,49 @@ class _Reader:
             lines += made(resource.at, f"  RESOURCE {self._name(resource)} ON PLC")
             for one in _unnamed(resource):
                 lines += self._section(one, "    ")
-            for task in resource.all("task"):
-                settings = [f"INTERVAL := {_interval(task, self._file)}"]
-                if task.get("priority"):
-                    settings.append(f"PRIORITY := {task.get('priority')}")
-                text = f"TASK {self._name(task)}({', '.join(settings)});"
-                lines += made(task.at, f"    {text}{_note(task)}")
-            for task in resource.all("task"):
-                for one in task.all("pouInstance"):
-                    lines += self._instance(one, f" WITH {self._name(task)}")
+            tasks, events = by_event(read_tasks(resource.all("task"), self._file))
+            found = found.plus(events)
+            elements = {task.get("name"): task for task in resource.all("task")}
+            for task in tasks:
+                if task.name:
+                    settings = [f"INTERVAL := {written_interval(elements[task.name], task)}"]
+                    if task.priority is not None:
+                        settings.append(f"PRIORITY := {task.priority}")
+                    text = f"TASK {task.name}({', '.join(settings)});"
+                    lines += made(task.at, f"    {text}{_note(elements[task.name])}")
+            for task in tasks:
+                given = f" WITH {task.name}" if task.name else ""
+                ones = elements[task.name].all("pouInstance") if task.name else ()
+                lines += [line for one in ones for line in self._instance(one, given)]
+                programs = () if task.name else task.programs
+                lines += made(task.at, *(f"    PROGRAM {a} : {b};" for a, b in programs))
+                called += len(task.programs)
             for one in resource.all("pouInstance"):
                 lines += self._instance(one, "")
+                called += 1
             lines += made(resource.end, "  END_RESOURCE")
         lines += made(element.end, "END_CONFIGURATION")
-        yield self._unit("CONFIGURATION", element, tuple(lines))
+        yield from found.units
+        self.notes += found.notes
+        if called or unnamed or not found.notes:
+            yield self._unit("CONFIGURATION", element, tuple(lines))
 
     def _instance(self, element: Element, task: str) -> Lines:
         name = self._name(element)
         program = element.get("typeName") or element.get("type") or name
         return made(element.at, f"    PROGRAM {name}{task} : {program};{_note(element)}")
 
-    def tasks(self, root: Element) -> list[ToolTask]:
-        """Return the tasks outside of a configuration, as CODESYS writes them."""
-        found = []
-        for element in root.below("task"):
-            programs = [
-                (self._name(one), one.get("typeName") or self._name(one))
-                for one in element.all("pouInstance")
-            ]
-            if not programs:
-                continue
-            priority = element.get("priority")
-            found.append(
-                ToolTask(
-                    self._name(element),
-                    _microseconds(element, self._file),
-                    priority_of(priority, self._name(element), self._file, element.at),
-                    tuple(programs),
-                    self._file,
-                    element.at,
-                )
-            )
-        return found
-
 
 def _unnamed(element: Element) -> list[Element]:
     """Return the global variables of a configuration or resource, without named lists."""
     return [one for one in element.all("globalVars") if not one.get("name")]
+
+
+def _start_arguments(variable: Element) -> str:
+    """Return the arguments for the start of a block, as CODESYS adds them to a variable."""
+    lists = variable.all("addData", "data", "InputAssignments")
+    values = [one.text() for found in lists[:1] for one in found.all("InputAssignment", "Value")]
+    return f"({', '.join(values)})" if values else ""
 
 
 def _open_array(variable: Element) -> str:
@@ -439,32 +438,3 @@ def _body(element: Element) -> Lines | Foreign:
                 return Foreign(re.sub(r".*/", "", one.name).upper(), one.at)
             lines += _text(one)
     return tuple(lines)
-
-
-_PERIOD = re.compile(r"P(?:T(?:(\d+)H)?(?:(\d+)M)?(?:(\d*\.?\d+)S)?)", re.IGNORECASE | re.ASCII)
-_TIME = re.compile(
-    r"(?:T|TIME)#(?:(\d+)h)?(?:(\d+)m(?!s))?(?:(\d+(?:\.\d+)?)s)?(?:(\d+(?:\.\d+)?)ms)?",
-    re.IGNORECASE | re.ASCII,
-)
-#: Largest number of characters in an interval.
-_LONGEST = 60
-
-
-def _microseconds(task: Element, file: Path) -> int:
-    """Return the interval of a task [µs]: `T#10ms`, `PT0.01S` or milliseconds."""
-    text, name = task.get("interval").strip(), task.get("name")
-    found = None
-    if len(text) <= _LONGEST:
-        found = _PERIOD.fullmatch(text) or _TIME.fullmatch(text)
-    if found is None:
-        return milliseconds_us(text, name, file, task.at)
-    hours, minutes, seconds, *rest = (Fraction(part or 0) for part in found.groups())
-    exact = (hours * 3600 + minutes * 60 + seconds) * 1_000_000 + sum(rest) * 1_000
-    return interval_us(exact, text, name, file, task.at)
-
-
-def _interval(task: Element, file: Path) -> str:
-    """Return the interval as in the file if it is a literal of the standard, else as a literal."""
-    microseconds = _microseconds(task, file)
-    text = task.get("interval").strip()
-    return text if "#" in text else interval_text(microseconds)

@@ -207,7 +207,7 @@ class _Reader:
                 if token.kind in ("attribute",) or token.text == ";":
                     place += 1
                     continue
-                hint = f"an SCL source begins with {', '.join(_UNITS)}"
+                hint = f"begin the source with {', '.join(_UNITS)}"
                 raise self._error(f"{token.text!r} is not expected here", token, hint)
             end = self._find(f"END_{token.word}", place, len(self._code))
             if end == len(self._code):

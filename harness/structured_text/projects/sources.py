@@ -22,6 +22,7 @@ from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
 from structured_text.projects.formats import in_folder, is_project
+from structured_text.projects.model import Library
 from structured_text.projects.needed import declared_names, needed
 
 __all__ = [
@@ -68,6 +69,7 @@ class SourceFiles:
         folder: The folder of the library; None if there is none.
         notes: One line for each part of a project that is not read.
         declared: Names that projects declare, in upper case; not taken from the library.
+        missing: Libraries that projects refer to and that are not given.
     """
 
     own: tuple[Path, ...]
@@ -75,6 +77,7 @@ class SourceFiles:
     folder: Path | None
     notes: tuple[str, ...] = ()
     declared: frozenset[str] = frozenset()
+    missing: tuple[Library, ...] = ()
 
     @property
     def all(self) -> list[Path]:
@@ -99,6 +102,7 @@ def source_files(
     library: Path | None,
     replace: Mapping[str, str | Path] | None = None,
     dialect: str | None = None,
+    device: str = "",
 ) -> SourceFiles:
     """Find the files of a program, and the library files that it needs.
 
@@ -106,7 +110,8 @@ def source_files(
     read. A folder gives its `.st` files (see `st_files`), or else its TwinCAT project. The library
     is searched with its subfolders; names that a project declares are not taken from it. `replace`
     has files with Structured Text for POUs of a project, by name. Without a `dialect`
-    (`language.dialects`) the format of a project says it.
+    (`language.dialects`) the format of a project says it. `device` is the device to read of a
+    project with several devices.
     """
     named = named_files(program)
     projects = [file for file in named if is_project(file)]
@@ -115,17 +120,21 @@ def source_files(
             "--replace is for projects of PLC tools, and none is given",
             hint="change the .st file itself",
         )
+    if device and not projects:
+        raise InputError("--device is for projects of PLC tools, and none is given")
     own = [file for file in named if file not in projects]
     declared: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
     said: tuple[tuple[str, Path], ...] = ()
+    missing: tuple[Library, ...] = ()
     if projects:
         from structured_text.projects.open import project_sources
 
         instead = {name: Path(file) for name, file in (replace or {}).items()}
-        made = project_sources(projects, instead)
+        made = project_sources(projects, instead, device)
         own, declared, notes = [*own, *made.paths], made.declared, made.notes
         said = made.dialects
+        missing = made.libraries
     if library is not None:
         check_library(library)
     taken = frozenset(real(file) for file in own)
@@ -138,7 +147,7 @@ def source_files(
     parts: tuple[Path, ...] = ()
     if library is not None:
         parts = _needed(tuple(own), seen, _Folder.of(library), taken, declared)
-    return SourceFiles(tuple(own), parts, library, notes, declared)
+    return SourceFiles(tuple(own), parts, library, notes, declared, missing)
 
 
 def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[Path]) -> str:
@@ -175,7 +184,7 @@ def check_library(folder: Path) -> None:
     if not folder.is_dir():
         raise InputError(
             f"--lib {folder} is not a folder",
-            hint="it is the folder of the library; without --lib that of this package is taken",
+            hint="name a folder, or leave out --lib to use the library in this package",
         )
 
 

@@ -119,7 +119,7 @@ class ExpressionTerms:
         """Return the row-major position of an element as DINT, from 0 on.
 
         Record the obligation that each index is inside its bounds. A constant index is clamped, so
-        that the evaluation can go on after the obligation.
+        that the evaluation can continue after the obligation.
         """
         kind = node.base.type
         assert isinstance(kind, ArrayType)

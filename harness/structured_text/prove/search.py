@@ -113,7 +113,7 @@ class Search:
         """Return a run in which `broken` holds in the scans unrolled so far, or None.
 
         Raises:
-            SearchEndedError: not decided in so many seconds.
+            SearchEndedError: not decided in this many seconds.
         """
         if broken is False:
             return None

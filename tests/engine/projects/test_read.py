@@ -57,7 +57,7 @@ END_CONFIGURATION
 def test_codesys_declarations_as_plain_text_methods_lists_and_tasks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A declaration as plain text says more than the elements, and comes after the body.
+    """The plain-text declaration has more details than the elements, and follows the body.
 
     Source: PLCopen TC6 XML 2.00, with what CODESYS adds.
     """

@@ -1,4 +1,4 @@
-"""Recordings that are compared: how long they may be."""
+"""Recordings to compare: their longest duration."""
 
 from __future__ import annotations
 

@@ -285,7 +285,7 @@ def test_data_that_come_with_their_code_are_noted(tmp_path: Path) -> None:
     verdict = Verdict(tmp_path, made)
     assert verdict.rules == []
     assert verdict.result.followers[1].together == 1
-    assert "  1 times new data came with the code; which was written first cannot be seen" in list(
+    assert "  1 times new data arrived with the code, so their order is unknown" in list(
         summary(verdict.result)
     )
 

@@ -237,7 +237,7 @@ _OF_64 = (
         ),
         (
             {"hosts": [bytes([192, 168, 0, 99])]},
-            r"no such packet goes to 192\.168\.0\.99 or comes from there; those in it are of "
+            r"the capture has no such packet to or from 192\.168\.0\.99, only packets of "
             r"192\.168\.0\.1, 192\.168\.0\.10$",
         ),
     ],

@@ -23,8 +23,8 @@ def _numbers(way: Way, numbers: list[int]) -> list[int]:
 def test_packets_are_counted_as_lost_doubled_and_late(first: int) -> None:
     """Number 4 comes after 5, 7 never, 8 twice; the count of 32 bits may wrap on the way.
 
-    Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3: newer is what is ahead by less than
-    half of all numbers.
+    Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3: a number is newer if it is
+    ahead by less than half of all numbers.
     """
     way = Way(4, header=False)
     steps = [0, 1, 2, 3, 5, 4, 6, 8, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20]

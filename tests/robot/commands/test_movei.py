@@ -1,4 +1,4 @@
-"""MOVEI: by a distance, and what is left of it after an interruption."""
+"""MOVEI: a movement by a distance, and its remaining distance after an interruption."""
 
 from __future__ import annotations
 

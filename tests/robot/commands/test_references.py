@@ -57,7 +57,7 @@ def test_the_position_shows_the_hand_system_if_it_is_configured(arm: int, flag: 
 
 @pytest.mark.parametrize("code", [PULSES, MM])
 def test_continuous_output_goes_on_in_an_alarm_and_has_no_end_status(code: int) -> None:
-    """Every cycle anew with status 0x0100; the status reset command leads to 0x0000.
+    """Every cycle again with status 0x0100; the status reset command leads to 0x0000.
 
     Rule: continuous, continuous-details.
     Source: remote command guide 4.7.4
@@ -159,7 +159,7 @@ def test_the_motor_type_chooses_axes_and_the_others_are_not_applicable() -> None
 
 
 def test_the_examples_show_the_torque_of_axis_3_alone() -> None:
-    """20 % of the maximum, 100 % of the rated torque; 0 for the axes that were not asked for.
+    """20 % of the maximum, 100 % of the rated torque; 0 for the axes that were not requested.
 
     Rule: torque-model.
     Source: remote command guide 4.7.12, 4.7.18

@@ -19,7 +19,7 @@ from robot_master import Master, abnormal_end
 
 PTP, LINE, ARC, ARM, ARM_STATUS, POSITION = 0x1001, 0x1003, 0x1004, 0x103D, 0x150C, 0x1506
 X, Y, Z, R = 1, 2, 4, 8
-#: On the right, in front, and where no arm gets.
+#: Positions on the right, in front, and out of reach of the arm.
 RIGHT, FRONT, FAR = (150_000, 240_000), (0, 285_044), (300_000, 300_000)
 LEFT_HANDED = 2
 

@@ -20,7 +20,7 @@ PALLET = (
 
 
 class Case(NamedTuple):
-    """A program, how long it runs [ms], and what is seen then by name."""
+    """A program, its run time [ms], and the values that are expected then, by name."""
 
     text: str
     expected: Mapping[str, Any]

@@ -287,7 +287,7 @@ def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text('[[programs]]\nfile = "Pick 1.pgm"\n')
     assert [one.name for one in RobotConfig.load(robot).programs] == ["PICK_1"]
-    (tmp_path / "Pick 1.pgm").write_text("SO(21)=1\n")  # the file is read anew
+    (tmp_path / "Pick 1.pgm").write_text("SO(21)=1\n")  # the file is read again
     assert RobotConfig.load(robot).programs[0].text == "SO(21)=1\n"
 
 

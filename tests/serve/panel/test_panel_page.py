@@ -1,4 +1,4 @@
-"""The faceplate in a real browser: what is pressed there is pressed in the program."""
+"""The faceplate in a real browser: a key pressed there is pressed in the program."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_it_says_which_version_of_the_library_runs(panel: _Panel) -> None:
 
 @pytest.mark.exhaustive
 def test_selections_are_chosen_and_the_message_is_shown_in_its_language(panel: _Panel) -> None:
-    """Source: spec/errors.toml, 16#8002: SO(01) is OFF, for nobody plays the controller."""
+    """Source: spec/errors.toml, 16#8002: SO(01) is OFF, because no controller is simulated."""
     panel.until(lambda: panel.shows("#message b") == "Controller not ready", "the hint")
     for value, path, expected in (
         ("LANGUAGE_JAPANESE", "Language", "LANGUAGE_JAPANESE"),
@@ -209,7 +209,7 @@ def test_a_key_is_not_pressed_with_a_number_that_was_refused(panel: _Panel) -> N
     panel.browser.get_log("browser")  # type: ignore[no-untyped-call]
 
 
-_REFUSED = "Point cannot be 30000; it takes 0 to 29999"
+_REFUSED = "Point cannot be 30000; use 0 to 29999"
 
 
 def _shown_point(panel: _Panel, where: str = "value") -> object:

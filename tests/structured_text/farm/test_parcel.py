@@ -1,4 +1,4 @@
-"""The user's files as they travel."""
+"""The user's files as they are sent to a worker."""
 
 from __future__ import annotations
 

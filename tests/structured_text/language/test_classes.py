@@ -218,9 +218,7 @@ def test_a_missing_base_is_one_message(mistakes_of: Mistakes) -> None:
         "PROGRAM P1\nVAR d : Drive; i : IDrive; a : ARRAY [0..1] OF Drive; END_VAR\n"
         "d.base := 3; d(pin := 2); d.Start(); i := d; a[0].base := 1;\nEND_PROGRAM\n"
     )
-    assert [(one.line, one.message) for one in found] == [
-        (1, "Library.Drive is not a function block of these sources")
-    ]
+    assert [(one.line, one.message) for one in found] == [(1, "there is no namespace Library")]
 
 
 def test_a_missing_type_of_a_pin_is_one_message(mistakes_of: Mistakes) -> None:

@@ -5,6 +5,7 @@ Expected values are those of the makers' documents, which the table names as sou
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -499,3 +500,63 @@ def test_auto_does_not_take_matiec_for_another_dialect_and_says_why(
     built = build_on(files_of(_TASKS.format("1s")))
     assert built.program.engine == "builtin"
     assert "matiec runs F, which has no task, only at the pace of the tasks" in built.notice
+
+
+# --- a second reading of the arithmetic -------------------------------------------------------
+
+_SHORT = {"A": "INT", "B": "SINT", "C": "UINT", "D": "USINT", "W": "BYTE", "V": "WORD"}
+_RANGES = {
+    "INT": (-32768, 32767),
+    "SINT": (-128, 127),
+    "UINT": (0, 65535),
+    "USINT": (0, 255),
+    "BYTE": (0, 255),
+    "WORD": (0, 65535),
+}
+
+
+def _expression(draw: random.Random, depth: int, given: dict[str, int]) -> tuple[str, int]:
+    """Return a random calculation and its value with 32 bits, by the rule of CODESYS."""
+    if depth == 0 or draw.random() < 0.2:
+        name = draw.choice([*_SHORT, "7", "300"])
+        return name, given.get(name, 0) if name in _SHORT else int(name)
+    left, a = _expression(draw, depth - 1, given)
+    op = draw.choice("+-*/M")
+    if op in "/M":
+        divisor = draw.choice((2, 3, 100))
+        quotient = abs(a) // divisor * (1 if a >= 0 else -1)
+        value = quotient if op == "/" else a - quotient * divisor
+        return f"({left} {'MOD' if op == 'M' else op} {divisor})", value
+    right, b = _expression(draw, depth - 1, given)
+    value = {"+": a + b, "-": a - b, "*": a * b}[op]
+    return f"({left} {op} {right})", _wrapped(value, 32)
+
+
+def _wrapped(value: int, bits: int) -> int:
+    half = 1 << bits - 1
+    return (value + half) % (1 << bits) - half
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("dialect", ["codesys", "twincat", "logix"])
+def test_random_calculations_of_short_integers_have_32_bits(speak: Build, dialect: str) -> None:
+    """Source: CODESYS help, operators, overflow in the data type."""
+    draw = random.Random(47)
+    for _ in range(40):
+        given = {name: draw.randint(*_RANGES[kind]) for name, kind in _SHORT.items()}
+        rows = [_expression(draw, 3, given) for _ in range(30)]
+        rows = [(text, value) for text, value in rows if any(name in text for name in _SHORT)]
+        declared = "".join(
+            f"{name} : {kind} := {given[name]};" for name, kind in _SHORT.items()
+        ) + "".join(f"D{k}, Cut{k} : DINT; L{k} : BOOL; S{k} : INT;" for k in range(len(rows)))
+        body = "".join(
+            f"D{k} := {text}; L{k} := {text} = DINT#{value}; S{k} := DINT_TO_INT(D{k});\n"
+            if value >= 0
+            else f"D{k} := {text}; L{k} := {text} < 0;\n"
+            for k, (text, value) in enumerate(rows)
+        )
+        program = speak(dialect, f"PROGRAM Main\nVAR\n{declared}\nEND_VAR\n{body}END_PROGRAM")
+        program.scan(0)
+        for k, (text, value) in enumerate(rows):
+            assert program.read(f"Main.D{k}") == value, (text, given)
+            assert program.read(f"Main.L{k}") is True, (text, given)

@@ -309,7 +309,7 @@ _REFUSED = [
     ("A EXTENDS FB_Square METHOD Q : INT Q := Own(); END_METHOD", "FB_Shape.Own is PRIVATE"),
     ("A VAR S : FB_Square; X : INT; END_VAR X := S.Scale(1);", "has no result"),
     ("A VAR S : FB_Square; END_VAR S.Scale(1, 2);", "takes 1 arguments, not 2"),
-    ("A VAR S : FB_Square; END_VAR S.Scale(Into := 2);", "has no input Into; it has Amount"),
+    ("A VAR S : FB_Square; END_VAR S.Scale(Into := 2);", "has no input Into; use Amount"),
     ("A VAR S : FB_Square; END_VAR S.Name := 'x';", "the property Name has no SET"),
     ("A VAR S : I_Shape; B : TON; END_VAR S := B;", "let it IMPLEMENT I_Shape"),
     ("A VAR N : I_Named; S : I_Shape; END_VAR S := N;", "I_Named does not implement it"),

@@ -192,7 +192,7 @@ def test_results_of_tests_are_read_as_pytest_writes_them(tmp_path: Path) -> None
 
 
 def test_a_process_that_ends_at_its_start_is_told() -> None:
-    """Source: docs/explanation/timing.md: what is missing is said to be missing."""
+    """Source: docs/explanation/timing.md: the page names missing figures."""
     said = pytest.raises(InputError, match="has ended at its start")
     with running("rcx_tools.bench.peer_that_is_not", []) as process, said:
         first_line(process)

@@ -43,7 +43,7 @@ def _errors(name: str) -> list[str]:
 @pytest.mark.exhaustive(but=["FB_ReadArea", "FB_ServoOn", "FB_MovePtp"])
 @pytest.mark.parametrize("name", _BLOCKS)
 def test_the_files_of_a_block_are_current_and_its_example_ends_as_they_say(name: str) -> None:
-    """The run is made anew; an example that fails, or breaks a rule, ends in an error."""
+    """The run is made again; an example that fails, or breaks a rule, ends in an error."""
     for path, render in docs_blocks.files_of(name).items():
         assert (ROOT / path).read_bytes() == render().encode(), f"{path}: run `make docs`"
     page = _page(name)

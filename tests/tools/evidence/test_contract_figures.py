@@ -1,4 +1,4 @@
-"""`make contract`: what is counted, and that a failure shows."""
+"""`make contract`: the counts, and a failure in the report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mutants of what is not the library: what is made of Python and of tables, and what finds it."""
+"""Mutants outside the library: mutants of Python and of tables, and the tests that find them."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def test_tests_are_about_an_entry_and_about_what_names_it(tmp_path: Path) -> Non
 
 
 def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_too() -> None:
-    """The more words the sooner; at most eight, and none without a word."""
+    """Tests with more words of the line come first: at most eight, each with at least one word."""
     many = [f"tests/a.py::test_time_{k}" for k in range(20)]
     nodes = ["tests/operating.py::test_it", *many, "tests/a.py::test_operating_time", "b::test_no"]
     found = alike("Accumulated.observe self.operating_us += time", nodes)
@@ -403,7 +403,7 @@ def test_a_run_finds_survivors_endless_loops_and_seeded_bugs_and_leaves_the_tree
     table = house / "tests/tools/evidence/survivors_harness.toml"
     table.write_text(text.replace('reason = ""', 'reason = "nobody minds"'), encoding="utf-8")
     _, told, again = _run(house)
-    assert len(again) == len(outcomes), told  # nothing was run anew
+    assert len(again) == len(outcomes), told  # nothing was run again
     assert "(3 survivors with a reason)" in told
 
 

@@ -1,4 +1,4 @@
-"""`make verification`: what is run, what is reused, and what the page says of it."""
+"""`make verification`: checks that run, results that are reused, and the page about them."""
 
 from __future__ import annotations
 

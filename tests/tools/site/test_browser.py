@@ -34,7 +34,7 @@ _full = pytest.mark.external(reason="needs npm: make site-test")
 
 
 class _Server(ThreadingHTTPServer):
-    """Serves the site, and keeps what was asked for."""
+    """Serves the site, and records the requests."""
 
     def __init__(self) -> None:
         self.asked: list[str] = []
@@ -392,6 +392,30 @@ def test_the_colours_follow_the_system_until_the_user_chooses(
         _scheme(browser, "default")
     finally:
         browser.execute_script("localStorage.clear()")
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+@_full
+def test_the_playground_follows_the_switch_of_the_site(
+    browser: WebDriver, server: _Server, page: _Playground
+) -> None:
+    """The switch stores its choice; a page that is open already changes with it."""
+    ink = "getComputedStyle(document.documentElement).colorScheme"
+    chart = "document.getElementById('chart').srcdoc.match(/data-theme=\"(\\w+)\"/)[1]"
+    switch = "document.querySelector('[data-md-component=palette] label:not([hidden])').click()"
+    try:
+        _wears(browser, "dark")
+        page.until(f"{ink} === 'dark'")
+        browser.get(f"{server.url}/index.html")
+        browser.execute_script(switch)  # light
+        reopened = _Playground(browser, f"{server.url}/play/index.html")
+        assert (reopened.run(ink), reopened.run(chart)) == ("light", "light")
+        site = "window.site = open('../index.html'), new Promise((done) => (site.onload = done))"
+        browser.execute_async_script(f"const done = arguments[0]; ({site}).then(() => done())")
+        reopened.run(f"void site.{switch}")  # dark
+        reopened.until(f"{ink} === 'dark'")
+    finally:
+        browser.execute_script("window.site?.close(); localStorage.clear()")
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
 
 

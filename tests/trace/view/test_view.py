@@ -278,7 +278,7 @@ def test_a_wrong_record_is_one_message(
 
 
 class _Links(HTMLParser):
-    """All that a page would fetch."""
+    """Collects everything that a page would fetch."""
 
     def __init__(self) -> None:
         super().__init__()

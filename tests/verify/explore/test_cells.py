@@ -42,7 +42,7 @@ def cell() -> Cell:
 
 @pytest.fixture(scope="module")
 def states(cell: Cell) -> CellStates:
-    """The states of that cell, after 13 s."""
+    """Return the states of the cell after 13 s."""
     made = CellStates(cell, Judge(cell, (), lambda kind, text: None))
     cell.run("13s")
     return made

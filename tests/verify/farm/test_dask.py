@@ -94,7 +94,7 @@ def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.exhaustive
 def test_an_item_that_kills_its_workers_is_named(farm: Farm, tmp_path: Path) -> None:
-    """The second time it is alone: what was only beside it on a worker is not blamed."""
+    """The second time it runs alone, so items that shared its worker are not blamed."""
     for number in range(4):
         (tmp_path / str(number)).touch()
 
@@ -233,7 +233,9 @@ def test_a_worker_without_us_is_refused(tmp_path: Path) -> None:
     (tmp_path / "structured_text/__init__.py").touch()
     with distributed.LocalCluster(n_workers=0, **_ALONE) as cluster:
         address = cluster.scheduler_address
-        told = pytest.raises(InputError, match=r"the worker tcp.* it has no such rcx-harness \(")
+        told = pytest.raises(
+            InputError, match=r"the worker tcp.* it has another version of rcx-harness \("
+        )
         with worker_with(tmp_path, address), told:
             list(Farm(cluster=Cluster(address)).run(math.factorial, [1]))
 

@@ -76,7 +76,7 @@ def test_variables_have_their_declared_names_and_literals(
 def test_inputs_from_outside_have_names(
     machine: tuple[ProgramMachine, Names], term: z3.ExprRef, value: int, expected: str
 ) -> None:
-    """Source: docs/how-to/prove.md, what is taken for granted: the inputs."""
+    """Source: docs/how-to/prove.md, assumptions: the inputs."""
     solver = z3.Solver()
     solver.add(term == value)
     assert solver.check() == z3.sat

@@ -1,4 +1,4 @@
-"""A user's program: what is proved of it, and runs that break the rest, replayed on the engine."""
+"""A user's program: proved properties, and runs that break the others, replayed on the engine."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The cyclic I/O of a connection, from whichever end, in a process of its own."""
+"""The cyclic I/O of a connection, for either end, in its own process."""

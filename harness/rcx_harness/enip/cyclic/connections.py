@@ -33,7 +33,7 @@ FIRST_PACKET_US = 10_000_000
 """The first packet of a connection has at least 10 s (CIP volume 1, chapter 3)."""
 
 LONGEST_TIMEOUT_US = 0xFFFFFFFF * 512
-"""The greatest interval that can be asked for, times the greatest multiplier."""
+"""The greatest interval that can be requested, times the greatest multiplier."""
 
 RUN_IDLE_SIZE, SEQUENCE_SIZE = 4, 2
 """Bytes of the run/idle header and of the sequence count before the data of a packet."""

@@ -111,7 +111,7 @@ class ConnectionEvent:
 
 @dataclass(frozen=True)
 class RefusedOpen:
-    """A Forward Open that was refused: when, and by whom, for what and why in words."""
+    """A refused Forward Open: its time, the requester, the request, and the reason in words."""
 
     at_us: int
     text: str

@@ -36,15 +36,15 @@ _REMEDIES: dict[int, tuple[str, str]] = {
     ),
     ExtendedStatus.CONFIGURATION_PATH: (
         "--config-instance",
-        "its configuration instance is another, or none; name it with --config-instance",
+        "it has a different configuration instance, or none; name it with --config-instance",
     ),
     ExtendedStatus.CONSUMING_PATH: (
         "--heartbeat",
-        "its heartbeat connection point is another; name it with --heartbeat",
+        "it has a different heartbeat connection point; name it with --heartbeat",
     ),
     ExtendedStatus.PRODUCING_PATH: (
         "--input-instance",
-        "its assembly to the master is another; name it with --input-instance",
+        "it has a different assembly to the master; name it with --input-instance",
     ),
 }
 #: Meaning of the interval in a refusal.
@@ -140,7 +140,7 @@ def multiplier_of(timeout_us: int, rpi_us: int) -> int:
     longest = format_us(rpi_us * (4 << _MOST))
     raise InputError(
         f"a time-out of {format_us(timeout_us)} cannot be requested",
-        hint=f"at this packet interval the longest is {longest}",
+        hint=f"use at most {longest} at this packet interval",
     )
 
 

@@ -56,7 +56,7 @@ class PersistentConnection:
             return received
         reason = WAITS if ended is None else f"the connection has ended: {ended.value}"
         if ended is None and drops:
-            reason = f"no packet is taken, those that come are {drops}"
+            reason = f"packets arrive, but cannot be used: they are {drops}"
         if failure:
             reason = f"{failure}; it is started again"
         return f"{self.name}: {reason}"

@@ -65,16 +65,16 @@ class Assemblies:
         """Raise InputError for a size, number or data that cannot be requested."""
         for size in (self.input_size, self.output_size):
             if not 1 <= size <= LARGEST:
-                hint = f"an assembly has 1 to {LARGEST}"
+                hint = f"use 1 to {LARGEST}"
                 raise InputError(f"an assembly of {size} bytes cannot be exchanged", hint=hint)
         numbers = (self.input_instance, self.output_instance, self.heartbeat, self.configuration)
         for number in numbers:
             if number is not None and not 1 <= number <= 0xFFFF:
                 raise InputError(f"{number} is not an instance of an assembly; use 1 to 65535")
         if self.configuration_data and self.configuration is None:
-            raise InputError("configuration data need the instance that they are for")
+            raise InputError("configuration data need a configuration instance")
         if len(self.configuration_data) % 2 or len(self.configuration_data) > 2 * 0xFF:
-            raise InputError("configuration data are an even number of bytes, at most 510")
+            raise InputError("configuration data must be an even number of bytes, at most 510")
 
 
 def no_packet(drops: str, within_s: float) -> EnipError:
@@ -154,7 +154,7 @@ class Scanner(Closing):
 
     Raises:
         InputError: a size that the controller does not have, an interval or a multiplier that
-            cannot be asked for.
+            cannot be requested.
         EnipError: the adapter is not there, or our UDP port is taken.
     """
 
@@ -227,7 +227,7 @@ class Scanner(Closing):
             text = "is too short" if agreed is None else problem
             raise EnipError(
                 f"{self._adapter[0]}: the reply to the Forward Open {text}",
-                hint="it does not keep to the protocol; update or replace it",
+                hint="update or replace the adapter: it violates the protocol",
             )
         addresses = {kind: decode_socket_address(data) for kind, data in answered}
         _, destination_port = addresses.get(Item.O_TO_T_ADDRESS) or ("", IO_PORT)

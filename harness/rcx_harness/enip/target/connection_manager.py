@@ -235,7 +235,7 @@ class ConnectionManager:
         return session in explicit | set(self._openers.values())
 
     def session_ended(self, session: int) -> None:
-        """Close the session's class 3 connections; those of class 1 go on."""
+        """Close the session's class 3 connections; those of class 1 continue."""
         self._drop(lambda connection: connection.session == session)
 
     def expire(self) -> None:

@@ -46,7 +46,7 @@ SLOW_S = 10.0
 """Longest time for one frame to arrive whole, in seconds."""
 
 IDLE_S = 10.0
-"""A session that has been silent for so long gives way to a newcomer, if there is no room."""
+"""A session that has been silent for this time gives way to a newcomer, if there is no room."""
 
 
 #: Commands that need the session of the connection.

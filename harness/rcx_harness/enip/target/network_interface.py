@@ -24,7 +24,7 @@ ANY = "0.0.0.0"
 
 @dataclass(frozen=True)
 class NetworkInterface:
-    """An IPv4 address and what belongs to it."""
+    """An IPv4 address with its netmask and hardware address."""
 
     address: str = "127.0.0.1"
     netmask: str = "255.0.0.0"

@@ -1,4 +1,4 @@
-"""Explains a refused connection: who asked, why it was refused, and what to set where.
+"""Explains a refused connection: the requester, the reason, and the setting to change.
 
 The tool of a PLC often shows only the code of a refusal. The controller knows both the request and
 its own properties.

@@ -1,1 +1,1 @@
-"""`rcx compare`: a recorded controller beside the virtual one with the same input."""
+"""`rcx compare`: compare a recorded controller with the virtual one at the same input."""

@@ -3,7 +3,7 @@
 Delays are measured. Every other key is tried where it can have an influence: a key that the
 controller has not read before a difference cannot explain it. The search takes the key with which
 both sides agree longest, until they agree or no key helps any more. The remaining difference is
-then noted as unexplained, and the search goes on behind it. At the end each key is tried once more.
+noted as unexplained, and the search continues after it. At the end each key is tried once more.
 """
 
 from __future__ import annotations

@@ -150,8 +150,8 @@ def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Rec
     """Return a recording of packets or looks, without the times of the controller's cycles."""
     driven = [one for one in samples if one.so and one.si]
     if not driven:
-        text = "nothing in it says what the PLC sent and what the controller answered"
-        hint = "rcx scan reads only; record the traffic of a PLC with rcx record"
+        text = "the recording contains neither the PLC's nor the controller's data"
+        hint = "record the traffic of a PLC with rcx record: rcx scan only reads"
         raise InputError(text, file=path, hint=hint)
     size = len(driven[0].so)
     lasts_us = samples[-1].t_us - driven[0].t_us
@@ -160,7 +160,7 @@ def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Rec
             f"lasts {lasts_us // _HOUR_US:,} h, and at most {MOST_REPLAYED_US // _HOUR_US} h are "
             "compared",
             file=path,
-            hint="cut out the part that matters; or its clock was set meanwhile",
+            hint="cut out the part of interest, or check whether the clock was set meanwhile",
         )
     begin = samples.index(driven[0])
     inputs = [(one.t_us, one.si if one.connected else None) for one in samples[begin:]]

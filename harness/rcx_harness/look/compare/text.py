@@ -110,8 +110,8 @@ def fit_lines(fit: Fit, replay: Replay) -> Iterator[str]:
             yield f"{'':<34} cannot be told from {key} = {_value(value)}"
     if fit.config.skip_run_status == "always":
         yield ""
-        yield "commands do not show that they run: command_accept_delay is that of refused ones;"
-        yield "where both delays of commands vary, differences may be left that are theirs"
+        yield "commands do not show that they run: command_accept_delay is from refused commands;"
+        yield "if both delays of commands vary, they may cause remaining differences"
     yield ""
     yield "cannot be decided by this recording"
     for one in fit.knobs:

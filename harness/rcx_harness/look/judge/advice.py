@@ -51,7 +51,7 @@ def _of_named(network: Network, hosts: Collection[bytes], sizes: Collection[int]
     named = ", ".join(map(host_text, hosts))
     shown = sorted(ends)[:_MOST_HOSTS]
     others = ", ".join(map(host_text, shown)) + (", ..." if len(ends) > len(shown) else "")
-    return f"no such packet goes to {named} or comes from there; those in it are of {others}"
+    return f"the capture has no such packet to or from {named}, only packets of {others}"
 
 
 def _pairs(network: Network) -> Iterator[tuple[bytes, bytes, int]]:

@@ -90,7 +90,7 @@ class Capture:
         try:
             self._file: Any = self._library.open_offline(self._path, precision)
         except self._library.Error as error:
-            hint = "it has to be pcapng or pcap, unpacked"
+            hint = "give an uncompressed pcapng or pcap file"
             raise InputError(f"not a capture: {error.args[-1]}", file=path, hint=hint) from None
         self.link = int(self._file.datalink())
         if self.link not in _KNOWN:
@@ -217,6 +217,6 @@ def _library() -> Any:
         hint = "pip install 'rcx-harness[capture]'"
         raise InputError("reading captures needs the library cypcap", hint=hint) from None
     except ImportError as error:
-        hint = "on Windows it comes with Npcap, which Wireshark installs"
+        hint = "install Npcap on Windows, which comes with Wireshark"
         raise InputError(f"libpcap cannot be loaded: {error}", hint=hint) from None
     return cypcap

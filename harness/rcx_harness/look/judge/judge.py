@@ -200,7 +200,11 @@ def is_capture(file: Path) -> bool:
     if begin in _CAPTURES or (not begin and file.suffix.lower() in ENDINGS):
         return True
     if not begin.startswith(_TRACE):
-        hint = "unpack it first" if begin.startswith(_PACKED) else "it may be cut off at its start"
+        hint = (
+            "unpack it first"
+            if begin.startswith(_PACKED)
+            else "check that the start of the file is complete"
+        )
         text = "is neither a capture (pcapng, pcap) nor a trace (jsonl)"
         raise InputError(text, file=file, hint=hint)
     return False
@@ -210,7 +214,7 @@ def is_judged(file: Path) -> bool:
     """Return whether a trace already contains the findings of both sides, as a run writes them."""
     begin = _beginning(file)
     if not begin:
-        raise InputError("is empty", file=file, hint="nothing was recorded in it")
+        raise InputError("is empty", file=file, hint="record again")
     if not begin.startswith(_TRACE):
         return False
     header, records = read_trace(file)

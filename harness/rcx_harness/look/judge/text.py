@@ -154,10 +154,10 @@ def _way_text(way: Way, api_us: int) -> str:
 def _follower_lines(follower: Follower) -> Iterator[str]:
     yield f"  {follower.commands} remote command{'' if follower.commands == 1 else 's'}"
     if follower.gaps:
-        text = "something is another behind missing packets; no rule was judged across them"
+        text = "the areas have changed across missing packets; no rule was checked there"
         yield f"  {follower.gaps} times {text}"
     if follower.together:
-        text = "new data came with the code; which was written first cannot be seen"
+        text = "new data arrived with the code, so their order is unknown"
         yield f"  {follower.together} times {text}"
     if not follower.times:
         return

@@ -1,6 +1,6 @@
 """Stored data as the data sections of a file with all data of a controller (.ALL).
 
-The format is that of robot/program/all_file.py, and as assumed as it is: no public file was found.
+The format is the format of robot/program/all_file.py. It is assumed, too: no public file was found.
 """
 
 from __future__ import annotations

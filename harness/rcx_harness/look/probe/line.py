@@ -121,7 +121,7 @@ class NetworkLine:
         end_us = self.now_us + us
         while (left_us := end_us - self.now_us) > 0:
             if self._open:
-                self.read()  # the lease goes on
+                self.read()  # the lease continues
             time.sleep(min(left_us, 100_000) / 1e6)
 
     def close(self) -> None:

@@ -250,7 +250,7 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
 def _expect(condition: bool, key: str, value: Any, allowed: str) -> None:
     """Raise InputError for the value of a key unless the condition holds."""
     if not condition:
-        raise InputError(f"'{key}' cannot be {shown(value)}", hint=f"it may be {allowed}")
+        raise InputError(f"'{key}' cannot be {shown(value)}", hint=f"use {allowed}")
 
 
 def shown(value: Any) -> str:

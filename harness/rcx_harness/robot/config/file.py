@@ -193,5 +193,5 @@ def _numbers(key: str, value: Any, most: int, scale: int, what: str) -> tuple[in
         raise InputError(f"'{key}' needs at most {most} {what}")
     for part in value:
         if abs(part) > _MOST:
-            raise InputError(f"'{key}' cannot be {shown(part)}", hint="it may be 32 bit numbers")
+            raise InputError(f"'{key}' cannot be {shown(part)}", hint="use 32 bit numbers")
     return tuple([round(part * scale) for part in value] + [0] * (most - len(value)))

@@ -88,7 +88,7 @@ def read_all(path: Path) -> AllFile:
     lines = text_of(path).splitlines()
     sections = list(_sections(lines))
     if not sections:
-        hint = "a program alone is a .PGM file"
+        hint = "give a single program as a .PGM file"
         raise InputError("the file has no section such as [PGM]", file=path, hint=hint)
     for name, first, last in sections:
         body = [(number, lines[number - 1]) for number in range(first, last)]

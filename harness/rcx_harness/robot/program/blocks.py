@@ -67,7 +67,7 @@ def link(
 
 
 class _Linker:
-    """The code as far as it is linked."""
+    """The code that has been linked so far."""
 
     def __init__(self) -> None:
         self.code: list[Instruction] = []
@@ -276,7 +276,7 @@ class _Linker:
 
     def _next_branch(self, block: _Block, word: str) -> None:
         if block.test < 0:
-            self._error(f"{word} follows ELSE", "ELSE is the last branch")
+            self._error(f"{word} follows ELSE", "move it before ELSE")
             return
         first = block.kind == "SELECT" and self.code[block.test].kind == "jump"
         if not first:

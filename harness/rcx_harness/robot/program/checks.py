@@ -71,7 +71,7 @@ def _ports(one: Instruction, size: int) -> Iterator[InputError]:
         return
     target = one.args[-2] if one.kind == "assign" else one.args[0]
     if target.kind == "port" and not all(place.output for place in target.args):
-        hint = "SO, DO, MO, LO and TO can be set"
+        hint = "set SO, DO, MO, LO or TO"
         yield InputError(f"{target.args[0].name} is an input of the robot", hint=hint)
 
 
@@ -80,7 +80,7 @@ def _tasks(one: Instruction, programs: Collection[str]) -> Iterator[InputError]:
         return
     named = one.args[0]
     if named.kind == "program_name" and programs and named.args[0] not in programs:
-        hint = f"the robot file has {', '.join(sorted(programs))}"
+        hint = f"use {', '.join(sorted(programs))}"
         yield InputError(f"there is no program {named.args[0]}", hint=hint)
     if named.kind == "program_number" and programs and not 1 <= named.args[0] <= len(programs):
         hint = f"write START 1 to START {len(programs)}"
@@ -89,7 +89,7 @@ def _tasks(one: Instruction, programs: Collection[str]) -> Iterator[InputError]:
     texts += [part for part in named.args if named.kind == "task_number"]
     for text in texts:
         if int(text[1:]) not in _TASKS:
-            yield InputError(f"there is no task {text}", hint="tasks are T1 to T16")
+            yield InputError(f"there is no task {text}", hint="use T1 to T16")
 
 
 def _options(one: Instruction) -> Iterator[InputError]:
@@ -99,7 +99,7 @@ def _options(one: Instruction) -> Iterator[InputError]:
     options = one.args[3] if targeted else one.args[2:]
     for option in options:
         if one.kind == "path" and (option.kind != "option" or option.args[0] not in _OF_PATHS):
-            hint = f"a part of a path has {', '.join(_OF_PATHS)}"
+            hint = f"use {', '.join(_OF_PATHS)} in a path"
             yield InputError("this option cannot be used in a path", hint=hint)
             continue
         if option.kind == "option" and option.args[0] not in OPTIONS:
@@ -108,7 +108,7 @@ def _options(one: Instruction) -> Iterator[InputError]:
         elif option.kind in ("point", "data"):
             yield InputError("a target follows an option", hint="write the targets first")
         elif option.kind == "axis_target" and one.kind not in ("drive", "drivei"):
-            hint = "only DRIVE and DRIVEI have several axes"
+            hint = "use DRIVE or DRIVEI for several axes"
             yield InputError(f"{one.kind.upper()} has one axis", hint=hint)
         elif option.kind == "output_at" and (one.kind != "move" or one.args[1] == "P"):
             yield InputError("an output on the way needs a line or an arc", hint="use MOVE L or C")

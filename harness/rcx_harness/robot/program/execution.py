@@ -283,7 +283,7 @@ def _no_on_error(one: Instruction, task: Running, world: World) -> int:
 
 
 def _resume(one: Instruction, task: Running, world: World) -> int:
-    """Continue at the instruction with the error, behind it, or at a label."""
+    """Continue at the instruction with the error, after it, or at a label."""
     if task.error_at < 0:
         raise CommandError(world.config.program_stack_alarm)
     at, task.error_at = task.error_at, -1

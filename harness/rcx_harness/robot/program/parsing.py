@@ -161,7 +161,7 @@ class _Builder(Transformer[Token, Node]):
     def robot(self, children: list[Any]) -> int:
         robot = int(children[0]) if children[0] else 1
         if not 1 <= robot <= 4:
-            raise InputError(f"there is no robot {robot}", hint="robots are 1 to 4")
+            raise InputError(f"there is no robot {robot}", hint="use 1 to 4")
         return robot
 
     def param(self, children: list[Token]) -> str:

@@ -26,7 +26,7 @@ def read_file(path: Path) -> Program:
     """Read a program file (.PGM).
 
     Raises:
-        InputError: the file is no text, or its first error; see `read_program` for all errors.
+        InputError: the file is not a text, or its first error; see `read_program` for all errors.
     """
     program, errors = read_program(text_of(path), path)
     if errors:
@@ -39,7 +39,7 @@ def text_of(path: Path) -> str:
     """Return the text of a file in UTF-8, or else in Windows-1252.
 
     Raises:
-        InputError: the file cannot be read, or it is no text.
+        InputError: the file cannot be read, or it is not a text.
     """
     try:
         raw = path.read_bytes()

@@ -1,4 +1,4 @@
-"""The types of expressions, as far as they are known before a program runs."""
+"""The types of expressions that are known before a program runs."""
 
 from __future__ import annotations
 

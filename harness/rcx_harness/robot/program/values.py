@@ -41,7 +41,7 @@ def integer(value: Value, config: RobotConfig) -> int:
     """Return a number as an integer of 32 bits, rounded as the configuration says.
 
     Raises:
-        CommandError: it is no number, or it is too large.
+        CommandError: it is not a number, or it is too large.
     """
     plain = _numeric(value, config)
     if isinstance(plain, float):
@@ -58,7 +58,7 @@ def number(value: Value, config: RobotConfig) -> float:
     """Return a number in single precision.
 
     Raises:
-        CommandError: it is no number, or it is too large.
+        CommandError: it is not a number, or it is too large.
     """
     result = single(float(_numeric(value, config)))
     if not math.isfinite(result):

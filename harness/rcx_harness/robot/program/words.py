@@ -1,4 +1,4 @@
-"""What the robot language has, and what this controller does not execute: statements.toml."""
+"""The words of the robot language, and those that this controller does not execute."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def explain(text: str, column: int, missing: str = "") -> InputError:
     statement = not text[len(name) :].lstrip().startswith(("=", "("))
     if name and statement:
         near = get_close_matches(name, words(), 1)
-        hint = f"did you mean {near[0]}?" if near else "the page robot-language.md lists all"
+        hint = f"did you mean {near[0]}?" if near else "see docs/reference/robot-language.md"
         return InputError(f"unknown statement {name}", hint=hint)
     hint = "write a statement, such as WAIT SI(20)=1 or SO(20)=1"
     return InputError(f"cannot read {_shown(text)}: {_near(text, column, missing)}", hint=hint)

@@ -19,7 +19,7 @@ from structured_text.language.types import BlockType, EnumType, StructType
 __all__ = ["HOLD_S", "Plate", "plates_of"]
 
 HOLD_S = 0.5
-"""A key is released when its page has been silent for so long [s]."""
+"""A key is released when its page has been silent for this time [s]."""
 
 _TYPE = "RCX_PANEL"
 #: The key that is never dropped, even if its page is silent or another page sends too much.
@@ -115,7 +115,7 @@ class Plate:
             low, high = _RANGES[name]
             fits, takes = type(value) is int and low <= value <= high, f"{low} to {high}"
         if not fits:
-            raise InputError(f"{name} cannot be {value!r:.20}", hint=f"it takes {takes}")
+            raise InputError(f"{name} cannot be {value!r:.20}", hint=f"use {takes}")
         with self._lock:
             self._choices[name] = value
 

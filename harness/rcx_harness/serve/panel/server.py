@@ -1,4 +1,4 @@
-"""The faceplates' web server: a thread beside the cell, protected as the pages of rcx serve."""
+"""The web server of the faceplates: a thread, protected like the pages of rcx serve."""
 
 from __future__ import annotations
 

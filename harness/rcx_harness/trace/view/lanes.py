@@ -38,7 +38,7 @@ class Lane:
             `rule`.
         short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
         idle: Number of the text that is drawn as a line only.
-        show: Format of a number: `digits` in hexadecimal, `precision`, `fine` for so many parts.
+        show: Format of a number: `digits` in hexadecimal, `precision`, `fine` for this many parts.
         is_curve: It is drawn as a line from value to value.
         rests: It moves from value to value within a cycle, and not at once.
         speed_of: The lane of which it shows the speed; it has no changes of its own.

@@ -44,7 +44,7 @@ _EVENTS = {
 }
 _PLACE = re.compile(r"^(controller \d+: )?(plc, scan \d+|robot, cycle \d+): ")
 #: The keys are checked by pairs of states with the same key: the first so many, then each so
-#: manyth, over this number of scans. The states of so many keys are stored for that.
+#: manyth, over this number of scans. The states of this many keys are stored for that.
 _FIRST_TWINS, _FURTHER_TWINS, _COMPARED, _EARLIER = 20, 16, 3, 2_000
 
 
@@ -159,7 +159,7 @@ class _CellWorld(World[CellChoice]):
             raise InputError(text, hint="name a later --begin")
         if self._broken or self.cell.violations:
             told = [*self._broken, *(one.text for one in self.cell.violations)]
-            hint = "an exploration begins with a run in which nothing fails"
+            hint = "begin the exploration with a run in which nothing fails"
             raise InputError(f"before the exploration: {told[0]}", hint=hint)
         return self.cell.next_us
 

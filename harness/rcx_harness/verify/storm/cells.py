@@ -63,7 +63,7 @@ class CellsOf:
         if lib is not None and not lib_files:
             raise InputError(
                 f"--lib {lib} has no ST file",
-                hint="name the folder of the library; without --lib that of this package is taken",
+                hint="name a folder, or leave out --lib to use the library in this package",
             )
         replaced = {name: Path(file) for name, file in (options.get("replace") or {}).items()}
         robots = [

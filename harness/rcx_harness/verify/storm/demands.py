@@ -1,4 +1,4 @@
-"""A user's demands on a cell: what the operator can do, what can fail, and what must hold."""
+"""The user's requirements on a cell: operator actions, faults, and properties."""
 
 from __future__ import annotations
 

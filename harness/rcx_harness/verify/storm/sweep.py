@@ -215,7 +215,7 @@ def _go_to(course: Course, scan: int) -> None:
     course.check()
     if course.failures:
         first = next(iter(course.failures.values()))
-        hint = "a sweep begins with a run in which nothing fails"
+        hint = "begin the sweep with a run in which nothing fails"
         raise InputError(f"the run breaks a rule without any fault: {first}", hint=hint)
 
 

@@ -43,7 +43,7 @@ class Part(NamedTuple):
     freeze: Callable[[], bytes]
     """Returns its bytes of the state after a scan at `NOW_US`."""
     thaw: Callable[[bytes, int], None]
-    """Restores its variables, so many ticks later; the shared structure is already restored."""
+    """Restores its variables, this many ticks later; the shared structure is already restored."""
 
 
 class ModelAbstraction(Abstraction):

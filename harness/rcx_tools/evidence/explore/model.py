@@ -132,7 +132,7 @@ class Model:
         margin_ms: Pin Margin of FB_WriteArea.
         longest_ms: The longest time of any timer.
         queue: Most tickets on a channel. A block that gives up while it waits leaves its ticket
-            behind until the turn goes on: without a limit there is no last state.
+            behind until the turn continues: without a limit there is no last state.
         variables: More declarations of the program.
         statements: The first statements of the program.
         switches: More BOOL variables of the program that the environment sets, with the values

@@ -276,7 +276,7 @@ def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[A
 
 
 def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[Any]:
-    """Yield the claims: the pins of a block repeat its job, and a seen edge shows in one."""
+    """Yield the claims: a block's pins repeat its job's, and one of them shows a detected edge."""
     pins = ("BUSY", "DONE", "ERROR", "ERRORID")
     shown, inner = ([machine.term((*path, pin), memory) for pin in pins] for path in (block, job))
     yield from (one == other for one, other in zip(shown, inner, strict=True))

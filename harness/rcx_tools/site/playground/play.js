@@ -1,7 +1,8 @@
-// The page: a program, how it is run, and the page of its run (rcx view).
+// The page: a program, the settings of its run, and the chart of the run (rcx view).
 import { Editor } from "./editor.js";
 import { Moments, seconds, slider } from "./moments.js";
 import { packed, unpacked } from "./share.js";
+import { onTheme, theme } from "./theme.js";
 
 const FIRST = "04_scara";
 const RPI = 10_000;
@@ -23,7 +24,7 @@ const sliders = {
 };
 seek("sliders").append(...Object.values(sliders).map((one) => one.label));
 
-let job = null; // what was chosen: title, size, m, n
+let job = null; // the selected program: title, size, m, n
 let worker = null;
 let number = 0; // of the last run
 let loaded = false; // is Python there?
@@ -172,7 +173,7 @@ function show(outcome) {
     return;
   }
   page = outcome.page;
-  seek("chart").srcdoc = page;
+  seek("chart").srcdoc = page.replace("<html ", `<html data-theme="${theme()}" `);
   seek("wait").hidden = true;
   told(outcome.told);
   seek("broken").replaceChildren(...outcome.broken.map((text) => {
@@ -197,7 +198,7 @@ function state(isRunning, said) {
   say(said);
 }
 
-/** Say what is going on; as long as there is no chart, in its place, too. */
+/** Show the state of the run; before the first chart also in place of the chart. */
 function say(said) {
   seek("state").textContent = said;
   seek("wait").textContent = said;
@@ -243,6 +244,7 @@ seek("wide").onclick = () => {
   const url = URL.createObjectURL(new Blob([page], { type: "text/html" }));
   window.open(url, "_blank", "noopener");
 };
+onTheme((now) => seek("chart").contentWindow.postMessage({ theme: now }, "*"));
 addEventListener("hashchange", open);
 addEventListener("keydown", (event) => {
   if (event.key === "Enter" && (event.ctrlKey || event.metaKey) && !running) run();

@@ -280,7 +280,7 @@ class _CountingExpressions(ExpressionCode):
         self._tells: dict[int, str] = {}
 
     def value(self, node: t.Expression) -> Value:
-        """Return code of an expression; it evaluates all conditions of a non-lazy decision."""
+        """Return the code of an expression; it evaluates all conditions of a non-lazy decision."""
         tells = self._tells.pop(id(node), "")
         if tells:
             return Value(f"{tells}, {self.value(node).code})")

@@ -72,7 +72,7 @@ class ExpressionCode:
     # --- variables ---
 
     def symbol(self, symbol: t.Symbol) -> str:
-        """Return code of a variable, to read or to assign."""
+        """Return the Python code of a variable, to read or to assign."""
         name = slot_name(symbol.name)
         if symbol.section == "VAR_EXTERNAL":
             name = symbol.source or name
@@ -95,7 +95,7 @@ class ExpressionCode:
         return id(symbol) in self._own and "." not in symbol.name
 
     def variable(self, node: t.Variable) -> str:
-        """Return code of a variable, member or element."""
+        """Return the Python code of a variable, member or element."""
         if isinstance(node, t.Use):
             return self.symbol(node.symbol)
         if isinstance(node, t.CallFunction):
@@ -107,7 +107,7 @@ class ExpressionCode:
         return self.pointing.variable(node)
 
     def _member(self, node: t.Member) -> str:
-        """Return code of a member; a located variable of a program is found in the globals."""
+        """Return the code of a member; a located variable of a program is found in the globals."""
         of, key = node.base.type, node.name.upper()
         if isinstance(of, BlockType) and of.name.upper() in self._project.pous:
             symbol = self._project.pous[of.name.upper()].symbols.get(key)
@@ -129,12 +129,12 @@ class ExpressionCode:
 
     @staticmethod
     def cut(code: str, kind: Type) -> str:
-        """Return code that cuts a text to the length of a STRING."""
+        """Return the Python code that cuts a text to the length of a STRING."""
         assert isinstance(kind, ElementaryType)
         return f"{code}[:{string_length(kind)}]"
 
     def adapted(self, code: str, kind: Type, to: Type) -> str:
-        """Return code of an output for a target of another type.
+        """Return the Python code of an output for a target of another type.
 
         A text is cut, a number is converted.
         """
@@ -145,20 +145,20 @@ class ExpressionCode:
         return self.cut(code, to) if have in ANY_STRING else code
 
     def elements(self, node: t.Index) -> str:
-        """Return code of the list that contains an element."""
+        """Return the Python code of the list that contains an element."""
         base = self.variable(node.base)
         kind = node.base.type
         return f"{base}.held" if isinstance(kind, ArrayType) and kind.open else base
 
     def given(self, variable: t.Variable, pin: Type) -> str:
-        """Return code of the argument for a VAR_IN_OUT; an open array gets its bounds with it."""
+        """Return the code of the argument for a VAR_IN_OUT; an open array includes its bounds."""
         code, kind = self.variable(variable), variable.type
         if isinstance(pin, ArrayType) and pin.open and isinstance(kind, ArrayType):
             return code if kind.open else f"Open({code}, {kind.bounds!r})"
         return code
 
     def position(self, node: t.Index) -> str:
-        """Return code of the row-major position of an element, with the bounds checked."""
+        """Return the code of the row-major position of an element, with the bounds checked."""
         kind = node.base.type
         assert isinstance(kind, ArrayType)
         if kind.open:
@@ -197,13 +197,13 @@ class ExpressionCode:
     # --- values ---
 
     def exact(self, node: t.Expression) -> str:
-        """Return code of an expression with a value of its type."""
+        """Return the Python code of an expression with a value of its type."""
         if isinstance(node, t.Constant) and type_name(node.type) == "REAL":
             return repr(c_float(float(node.value)).value)
         return settle(self.value(node), node.type)
 
     def value(self, node: t.Expression) -> Value:
-        """Return code of an expression; the value may still need wrapping or rounding."""
+        """Return the code of an expression; the value may still need wrapping or rounding."""
         return self._short(self._value(node), node.type)
 
     def _short(self, value: Value, kind: Type) -> Value:
@@ -238,7 +238,7 @@ class ExpressionCode:
         return self._standard(node, [self.exact(item) for item in node.arguments])
 
     def _read(self, code: str, kind: Type) -> str:
-        """Return code that reads a variable.
+        """Return the Python code that reads a variable.
 
         A text ends at its first 0 in projects whose pointers can write into texts.
         """

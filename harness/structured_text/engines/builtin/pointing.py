@@ -44,22 +44,22 @@ class _Code(Protocol):
         """Return whether a variable lasts for one call only."""
 
     def variable(self, node: t.Variable) -> str:
-        """Return code of a variable, member or element."""
+        """Return the Python code of a variable, member or element."""
 
     def position(self, node: t.Index) -> str:
-        """Return code of the position of an element."""
+        """Return the Python code of the position of an element."""
 
     def elements(self, node: t.Index) -> str:
-        """Return code of the list that contains an element."""
+        """Return the Python code of the list that contains an element."""
 
     def adapted(self, code: str, kind: Type, to: Type) -> str:
-        """Return code of an output for a target of another type."""
+        """Return the Python code of an output for a target of another type."""
 
     def given(self, variable: t.Variable, pin: Type) -> str:
-        """Return code of the argument for a VAR_IN_OUT."""
+        """Return the Python code of the argument for a VAR_IN_OUT."""
 
     def exact(self, node: t.Expression) -> str:
-        """Return code of an expression with a value of its type."""
+        """Return the Python code of an expression with a value of its type."""
 
 
 class Pointing:
@@ -80,7 +80,7 @@ class Pointing:
         self.storage = Storage()
 
     def variable(self, node: t.Variable) -> str:
-        """Return code of a variable; if it is a place, the code can be assigned to."""
+        """Return the Python code of a variable; if it is a place, the code can be assigned to."""
         if isinstance(node, t.This):
             return "s"
         if isinstance(node, t.Deref):
@@ -89,7 +89,7 @@ class Pointing:
         return self.call(node)
 
     def fixed(self, node: t.Variable, temporary: Callable[[str], str]) -> str:
-        """Return code of a variable and evaluate its pointer once, in a temporary.
+        """Return the Python code of a variable and evaluate its pointer once, in a temporary.
 
         A VAR_IN_OUT is read before the call and written after it; both must use the same pointer.
         """
@@ -102,7 +102,7 @@ class Pointing:
         return base if node.offset is None else f"{base}.at({self._code.exact(node.offset)})"
 
     def value(self, node: t.Expression) -> str:
-        """Return code of one of these expressions."""
+        """Return the Python code of one of these expressions."""
         if isinstance(node, (t.This, t.CallMethod, t.Deref)):
             return self.variable(node)
         if isinstance(node, t.Address):
@@ -182,7 +182,7 @@ class Pointing:
         return self.storage.layout(kind.target)
 
     def address(self, node: t.Variable) -> str:
-        """Return code of a pointer to a variable."""
+        """Return the Python code of a pointer to a variable."""
         if isinstance(node, t.Deref):
             return self._pointer(node)
         if isinstance(node, t.Index):
@@ -197,7 +197,7 @@ class Pointing:
     # --- calls ---
 
     def call(self, node: t.CallMethod) -> str:
-        """Return code of a method call; if it has outputs, a tuple that ends with the result."""
+        """Return the code of a method call; with outputs it is a tuple with the result last."""
         method = node.method
         instance = self._code.exact(node.instance)
         before: list[str] = []
@@ -235,7 +235,7 @@ class Pointing:
         return f"m{self._names}"
 
     def _place(self, node: t.Variable, before: list[str]) -> tuple[str, str]:
-        """Return code of the holder of a variable and of its name or position.
+        """Return the Python code of the holder of a variable and of its name or position.
 
         Each part is evaluated once; code for that is appended to `before`. The holder is empty for
         a Python local.

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import struct
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -324,6 +326,36 @@ class BuiltinProgram(OfProject):
     def note_calls(self, blocks: Mapping[str, int | None]) -> CallLog:
         """Record the calls of some block types from now on; see `engines.base.Program`."""
         return _CallLog(self, self.module.note_calls(blocks))
+
+    @contextmanager
+    def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
+        """Let Python functions answer the calls of FUNCTIONs, by name, inside the `with`.
+
+        An answer gets the inputs in the order of their declaration, as the engine represents
+        them. Functions that the program does not have are ignored.
+        """
+        with self.module.answering(answers):
+            yield
+
+    @contextmanager
+    def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
+        """Let the calls of one instance of a block do nothing but call `called(place)`.
+
+        `place` is the identity of the instance (see `holder`).
+        """
+        with self.module.skipping(block, place, called):
+            yield
+
+    def advance(self, time_ns: int) -> None:
+        """Let time pass within a scan [ns]; the next scan sets the time anew."""
+        self._globals.now += time_ns
+
+    def running(self) -> Iterator[tuple[str, int]]:
+        """Yield file and line of the running statements, the innermost first.
+
+        For use inside an answer (see `answering`).
+        """
+        return self.module.running(inspect.currentframe())
 
     # --- state ---
 

@@ -316,7 +316,7 @@ class _Held(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """An object or list: the way to it, its path in user notation, and its type."""
+    """An object or list: the code to reach it, its path in user notation, and its type."""
 
     way: tuple[str | int, ...]
     path: str

@@ -45,7 +45,7 @@ def of_type(code: str, kind: Type) -> Value:
 
 
 def settle(value: Value, kind: Type) -> str:
-    """Return code that brings a value into its type: wrapped, or rounded to single precision."""
+    """Return the code that fits a value into its type by wrapping or rounding it."""
     name = type_name(kind)
     if value.wide and name == "REAL":
         return f"f32({value.code})"

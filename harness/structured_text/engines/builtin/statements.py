@@ -357,7 +357,7 @@ class Writer:
         self._share()
 
     def _fixed(self, node: t.Variable) -> str:
-        """Return code of a variable with its indices evaluated once, in temporaries.
+        """Return the Python code of a variable with its indices evaluated once, in temporaries.
 
         A VAR_IN_OUT is read before the call and written after it; both must use the same element.
         """

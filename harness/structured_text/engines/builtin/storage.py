@@ -100,7 +100,7 @@ class Storage:
         return self._layouts[code]
 
     def create(self, kind: Type, initial: Any) -> str:
-        """Return code that makes a new variable with its initial value."""
+        """Return the Python code that makes a new variable with its initial value."""
         if isinstance(kind, BlockType):
             types = {pin.name: pin.type for pin in kind.variables}
             return self._started(types, f"b_{self._name(kind)}(g)", initial)
@@ -121,7 +121,7 @@ class Storage:
         return f"s_{self._name(kind)}({', '.join(values)})"
 
     def _created(self, kind: Type, initial: Sequence[Any]) -> str:
-        """Return code for the elements of an array; it is short if all elements are equal."""
+        """Return the code for the elements of an array; it is short if all elements are equal."""
         first = initial[0]
         if not all(item is first for item in initial):
             items = [self.create(kind, item) for item in initial]
@@ -133,7 +133,7 @@ class Storage:
         return f"[{code} for _ in range({len(initial)})]"
 
     def _started(self, types: Mapping[str, Type], made: str, initial: Any) -> str:
-        """Return code for a block or union with initial values for some of its variables."""
+        """Return the code for a block or union with initial values for some of its variables."""
         if not initial:
             return made
         pairs = "".join(
@@ -302,7 +302,7 @@ _UNITS = {"TIME": 1_000_000, "TOD": 1_000_000, "DATE": 1_000_000_000, "DT": 1_00
 
 
 def _layout_of(kind: Type) -> str:
-    """Return code that makes the layout of a type; the type must have a size (`size_of`)."""
+    """Return the code that makes the layout of a type; the type must have a size (`size_of`)."""
     if isinstance(kind, EnumType):
         return _layout_of(ElementaryType(kind.base))
     if isinstance(kind, ElementaryType):

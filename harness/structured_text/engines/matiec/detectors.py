@@ -8,29 +8,33 @@ condition if it is that of ELSIF or UNTIL.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from structured_text.engines.matiec.counters import stale_reads
 from structured_text.engines.matiec.durations import wrong_comparisons
-from structured_text.engines.matiec.hits import Hit, expressions
+from structured_text.engines.matiec.hits import Hit, Sources, expressions
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.parser import parse
-from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
-from structured_text.language.types import ArrayType, StructType, type_name
+from structured_text.language.types import (
+    NO_STORAGE,
+    ArrayType,
+    StructType,
+    inside,
+    type_name,
+)
 from structured_text.language.walk import nodes, statements
 
 __all__ = ["DETECTORS"]
 
-_Pous = Sequence[t.Pou]
-_Detector = Callable[[Project, _Pous, Collection[Path]], Iterator[Hit]]
+_Detector = Callable[[Sources], Iterator[Hit]]
 
 
-def _for_once(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
+def _for_once(sources: Sources) -> Iterator[Hit]:
     """Yield each FOR that runs once, or may do so because a bound is calculated."""
-    for pou, loop in _loops(pous):
+    for pou, loop in _loops(sources):
         rounds = _rounds(loop)
         if rounds is None:
             yield Hit(pou.file, loop.at, f"FOR {_name(loop.counter)}, with a calculated bound")
@@ -38,14 +42,14 @@ def _for_once(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterat
             yield Hit(pou.file, loop.at, f"FOR {_name(loop.counter)}")
 
 
-def _for_counter(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
-    for pou in pous:
+def _for_counter(sources: Sources) -> Iterator[Hit]:
+    for pou in sources.pous:
         yield from stale_reads(pou)
 
 
-def _for_limit(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
+def _for_limit(sources: Sources) -> Iterator[Hit]:
     """Yield each FOR whose counter must pass the limit of its type to end."""
-    for pou, loop in _loops(pous):
+    for pou, loop in _loops(sources):
         limits = INT_RANGE.get(type_name(loop.counter.type))
         end, step = _number(loop.end), _number(loop.step)
         if limits is None or end is None or step is None or _rounds(loop) == 0:
@@ -56,8 +60,8 @@ def _for_limit(project: Project, pous: _Pous, tested: Collection[Path]) -> Itera
             yield Hit(pou.file, loop.at, f"FOR {_name(loop.counter)}")
 
 
-def _loops(pous: _Pous) -> Iterator[tuple[t.Pou, t.For]]:
-    for pou in pous:
+def _loops(sources: Sources) -> Iterator[tuple[t.Pou, t.For]]:
+    for pou in sources.pous:
         for one in statements(pou.body):
             if isinstance(one, t.For):
                 yield pou, one
@@ -86,21 +90,21 @@ def _name(variable: t.Variable) -> str:
     return variable.symbol.name if isinstance(variable, t.Use) else "the counter"
 
 
-def _time_sum(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
-    yield from wrong_comparisons(project, pous, tested, sums=True)
+def _time_sum(sources: Sources) -> Iterator[Hit]:
+    yield from wrong_comparisons(sources.pous, sums=True)
 
 
-def _time_literal(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
-    yield from wrong_comparisons(project, pous, tested, sums=False)
+def _time_literal(sources: Sources) -> Iterator[Hit]:
+    yield from wrong_comparisons(sources.pous, sums=False)
 
 
 #: Nanoseconds times a number is calculated in an `int` of C.
 _MOST_NS = 2**31 - 1
 
 
-def _time_product(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
+def _time_product(sources: Sources) -> Iterator[Hit]:
     """Yield products of a duration, unless its part below a second is known to be small."""
-    for pou in pous:
+    for pou in sources.pous:
         for at, one in expressions(pou):
             if not isinstance(one, t.Binary) or one.op != "*" or type_name(one.type) != "TIME":
                 continue
@@ -120,9 +124,9 @@ def _constant(one: t.Expression) -> object:
     return one.value if isinstance(one, t.Constant) else None
 
 
-def _replace(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
+def _replace(sources: Sources) -> Iterator[Hit]:
     """Yield each REPLACE whose new text is, or may be, longer than the part that it replaces."""
-    for pou in pous:
+    for pou in sources.pous:
         for at, one in expressions(pou):
             if isinstance(one, t.Standard) and one.name == "REPLACE":
                 new, count = _constant(one.arguments[1]), _constant(one.arguments[2])
@@ -132,9 +136,9 @@ def _replace(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterato
                     yield Hit(pou.file, at, "")
 
 
-def _find(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
+def _find(sources: Sources) -> Iterator[Hit]:
     """Yield each FIND of a text that is not a single character, or whose length is not known."""
-    for pou in pous:
+    for pou in sources.pous:
         for at, one in expressions(pou):
             if isinstance(one, t.Standard) and one.name == "FIND":
                 text = _constant(one.arguments[1])
@@ -142,9 +146,9 @@ def _find(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[H
                     yield Hit(pou.file, at, "")
 
 
-def _limit(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
+def _limit(sources: Sources) -> Iterator[Hit]:
     """Yield each LIMIT whose constant limits are exchanged."""
-    for pou in pous:
+    for pou in sources.pous:
         for at, one in expressions(pou):
             if isinstance(one, t.Standard) and one.name == "LIMIT":
                 low, high = _constant(one.arguments[0]), _constant(one.arguments[2])
@@ -152,16 +156,16 @@ def _limit(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[
                     yield Hit(pou.file, at, "")
 
 
-def _function_array(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
-    for pou in pous:
+def _function_array(sources: Sources) -> Iterator[Hit]:
+    for pou in sources.pous:
         if pou.kind == "FUNCTION":
             for symbol in pou.section("VAR_INPUT"):
                 if isinstance(symbol.type, ArrayType):
                     yield Hit(pou.file, symbol.at, f"{symbol.name} of {pou.name}")
 
 
-def _temp_array(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
-    for pou in pous:
+def _temp_array(sources: Sources) -> Iterator[Hit]:
+    for pou in sources.pous:
         for symbol in pou.section("VAR_TEMP"):
             if isinstance(symbol.type, (ArrayType, StructType)):
                 yield Hit(pou.file, symbol.at, f"{symbol.name} of {pou.name}")
@@ -172,30 +176,56 @@ _ESCAPE = re.compile(r"\$(?:([0-9A-Fa-f]{2}|[NnLl])|.)(?=(.))", re.DOTALL)
 _HEX = frozenset("0123456789abcdefABCDEF")
 
 
-def _text_escape(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
-    for file, at, text in _texts(project, tested):
+def _text_escape(sources: Sources) -> Iterator[Hit]:
+    for file, at, text in _texts(sources):
         for found in _ESCAPE.finditer(text):
             if found[1] and found[1] not in "Ll" and found[2] in _HEX:
                 yield Hit(file, _inside(at, text, found.start()), found[0] + found[2])
 
 
-def _type_alias(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
+def _nested_array(sources: Sources) -> Iterator[Hit]:
+    """Yield each variable that is, or contains, an array of arrays."""
+    for pou in sources.pous:
+        for symbol in pou.symbols.values():
+            nested = any(
+                isinstance(kind, ArrayType) and isinstance(kind.element, ArrayType)
+                for kind in inside(symbol.type)
+            )
+            if nested and symbol.section not in NO_STORAGE:
+                yield Hit(pou.file, symbol.at, symbol.name)
+
+
+#: Most blocks in one declaration that iec2c reads.
+_MOST_BLOCKS = 2
+
+
+def _three_blocks(sources: Sources) -> Iterator[Hit]:
+    for file in sources.files:
+        for pou in parse(file).declarations:
+            for section in pou.sections if isinstance(pou, s.Pou) else ():
+                for one in section.variables:
+                    names = [name.text for name in one.names]
+                    is_block = (
+                        isinstance(one.spec, s.NamedSpec) and one.spec.name.key in sources.blocks
+                    )
+                    if is_block and len(names) > _MOST_BLOCKS:
+                        yield Hit(str(file), one.at, ", ".join(names))
+
+
+def _type_alias(sources: Sources) -> Iterator[Hit]:
     """Yield each type that is another name of a structure."""
-    left_out = set(tested)
-    for file in project.files:
-        if file in left_out:
-            continue
+    for file in sources.files:
         for one in parse(file).declarations:
             if (
                 isinstance(one, s.TypeDecl)
                 and isinstance(one.spec, s.NamedSpec)
-                and isinstance(project.types.get(one.name.key), StructType)
+                and isinstance(sources.types.get(one.name.key), StructType)
             ):
                 yield Hit(str(file), one.name.at, one.name.text)
 
 
-def _text_line_feed(project: Project, pous: _Pous, tested: Collection[Path]) -> Iterator[Hit]:
-    for file, at, text in _texts(project, tested):
+def _text_line_feed(sources: Sources) -> Iterator[Hit]:
+    for file, at, text in _texts(sources):
         for found in _ESCAPE.finditer(text):
             if found[1] in ("L", "l"):
                 yield Hit(file, _inside(at, text, found.start()), "")
@@ -209,13 +239,11 @@ def _inside(at: s.Position, text: str, offset: int) -> s.Position:
     return s.Position(at.line, at.column + offset)
 
 
-def _texts(project: Project, tested: Collection[Path]) -> Iterator[tuple[str, s.Position, str]]:
+def _texts(sources: Sources) -> Iterator[tuple[str, s.Position, str]]:
     """Yield the literals of type STRING as they are written."""
-    left_out = set(tested)
-    for file in project.files:
-        if file not in left_out:
-            for at, text in _literals(file):
-                yield str(file), at, text
+    for file in sources.files:
+        for at, text in _literals(file):
+            yield str(file), at, text
 
 
 def _literals(file: Path) -> list[tuple[s.Position, str]]:
@@ -240,6 +268,8 @@ DETECTORS: dict[str, _Detector] = {
     "limit": _limit,
     "function_array": _function_array,
     "temp_array": _temp_array,
+    "nested_array": _nested_array,
+    "three_blocks": _three_blocks,
     "type_alias": _type_alias,
     "text_line_feed": _text_line_feed,
 }

@@ -12,15 +12,13 @@ regard to the order of statements. A value that is measured by a timer is exact.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from pathlib import Path
 
 from structured_text.engines.matiec.hits import Hit, expressions
 from structured_text.language import tree as t
-from structured_text.language.project import Project
 from structured_text.language.types import BlockType, StructType, type_name
 from structured_text.language.walk import nodes
 
@@ -55,9 +53,7 @@ class _Value:
 _EXACT = _Value()
 
 
-def wrong_comparisons(
-    project: Project, pous: Sequence[t.Pou], tested: Collection[Path], *, sums: bool
-) -> Iterator[Hit]:
+def wrong_comparisons(pous: Sequence[t.Pou], *, sums: bool) -> Iterator[Hit]:
     """Yield the comparisons that a fault may decide wrongly, and the conversions of sums.
 
     With `sums` those by whole seconds, else those by nanoseconds.
@@ -252,9 +248,9 @@ def _flows(pou: t.Pou) -> Iterator[tuple[_Key, t.Pou, t.Expression | _Key]]:
                     yield (block, name.upper()), pou, variable
         elif isinstance(node, t.CallFunction):
             name = node.function.upper()
-            for number, value in enumerate(node.arguments):
-                if value is not None and _is_time(value.type):
-                    yield (name, f"{number}"), pou, value
+            for number, given in enumerate(node.arguments):
+                if given is not None and _is_time(given.type):
+                    yield (name, f"{number}"), pou, given
     if pou.kind == "FUNCTION":
         name = pou.name.upper()
         for number, symbol in enumerate(pou.section("VAR_INPUT")):

@@ -8,14 +8,16 @@ counts as affected, because it may have the wrong value in some scan.
 from __future__ import annotations
 
 import mmap
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 
 from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.detectors import DETECTORS
+from structured_text.engines.matiec.hits import Sources
 from structured_text.errors import COMMAND, InputError
+from structured_text.language.library import names_of
 from structured_text.language.project import Project
 from structured_text.language.syntax import Position
 from structured_text.output.toml_files import load_toml
@@ -106,13 +108,13 @@ def faults() -> dict[str, Fault]:
     }
 
 
-def places(project: Project, tested: Collection[Path] = (), new: bool | None = None) -> list[Place]:
+def places(project: Project, new: bool | None = None) -> list[Place]:
     """Return the places of a program that a fault of matiec concerns, by file and line.
+
+    A library whose authors test it with matiec is left out; see `language.library`.
 
     Args:
         project: The checked program.
-        tested: Files whose authors have tested them with matiec, as those of a library; they are
-            left out.
         new: Whether only faults of new matiec (True) or of old matiec (False) count; None for all.
     """
     left_out = {True: "old", False: "new", None: ""}[new]
@@ -121,12 +123,13 @@ def places(project: Project, tested: Collection[Path] = (), new: bool | None = N
         for fault in faults().values()
         if fault.versions != left_out and fault.name in DETECTORS
     ]
-    pous = [pou for pou in project.pous.values() if Path(pou.file) not in set(tested)]
-    files = {str(file): file for file in project.files}
+    files = {str(file): file for file in project.files if names_of(file).tested != "matiec"}
+    pous = [pou for pou in project.pous.values() if pou.file in files]
+    sources = Sources(tuple(files.values()), pous, project.types, project.blocks)
     found = {
-        Place(fault, files.get(hit.file, Path(hit.file)), hit.at, hit.detail)
+        Place(fault, files[hit.file], hit.at, hit.detail)
         for fault in wanted
-        for hit in DETECTORS[fault.name](project, pous, tested)
+        for hit in DETECTORS[fault.name](sources)
     }
     return sorted(found, key=lambda one: (str(one.file), one.at, one.fault.name))
 

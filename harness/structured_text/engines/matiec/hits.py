@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,9 +11,20 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.parser import parse
 from structured_text.language.syntax import Position
+from structured_text.language.types import Type
 from structured_text.language.walk import nodes, statements
 
-__all__ = ["Hit", "expressions", "own_expressions"]
+__all__ = ["Hit", "Sources", "expressions", "own_expressions"]
+
+
+@dataclass(frozen=True)
+class Sources:
+    """The part of a project that is searched for faults: files, their POUs, types and blocks."""
+
+    files: Sequence[Path]
+    pous: Sequence[t.Pou]
+    types: Mapping[str, Type]
+    blocks: Collection[str]
 
 
 class Hit(NamedTuple):

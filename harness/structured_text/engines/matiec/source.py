@@ -97,7 +97,7 @@ def explain(
             file=file,
             line=line,
             column=message.column,
-            hint="the built-in engine takes it, matiec does not; write it another way",
+            hint="write it another way, or use the built-in engine, which accepts it",
         )
     for unit, word in _clashes(error.output, project, matiec):
         return InputError(
@@ -143,8 +143,7 @@ def _crash(error: TranslationError, source: SourceText) -> InputError:
     return InputError(
         f"iec2c, the compiler of matiec, crashed on this program{several} ({name})",
         file=source.files[-1],
-        hint="the front end takes it: run it with --engine builtin; for matiec divide long "
-        "expressions and deep nesting",
+        hint="run it with --engine builtin; for matiec divide long expressions and deep nesting",
     )
 
 

@@ -140,7 +140,7 @@ class NativeProgram(OfProject):
         if wrong is not None:
             raise InputError(
                 wrong.decode("utf-8", "replace"),
-                hint="--engine builtin tells the file and line",
+                hint="run it with --engine builtin to see the file and line",
             )
 
     def read(self, path: str) -> Value:

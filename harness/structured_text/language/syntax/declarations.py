@@ -170,7 +170,7 @@ class VarDecl:
 class Section:
     """A VAR … END_VAR section; `kind` is its upper-case opening word.
 
-    `qualifier` is CONSTANT if that is one of the qualifiers, else the first one, or empty.
+    `qualifier` is CONSTANT if the section has it, else the first qualifier, or empty.
     `access` is its access word in upper case, as in `VAR PRIVATE`, or empty.
     """
 

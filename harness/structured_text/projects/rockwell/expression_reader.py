@@ -274,7 +274,7 @@ class ExpressionReader:
     # --- tags -----------------------------------------------------------------------------
 
     def _variable(self, *, written: bool = False, element: bool = True) -> tuple[str, Data]:
-        """Read a tag with its members, elements and bits; `element` False leaves a last index."""
+        """Read a tag with its members, elements and bits; the last index only if `element`."""
         token = self._next()
         if token.kind != "name" or token.word in KEYWORDS:
             raise self._error(f"a tag is needed here, not {token.text!r}", token)
@@ -408,7 +408,7 @@ def _number(text: str, token: Token, file: Path) -> Value:
     plain = text.replace("_", "")
     if len(plain) > _LONGEST_NUMBER:
         shown = f"a number of {len(plain)} characters: {plain[:20]}..."
-        raise InputError(shown, file=file, line=token.at, hint="no type holds such a value")
+        raise InputError(shown, file=file, line=token.at, hint="write a value that a type can hold")
     if "#" in plain:
         base, _, digits = plain.partition("#")
         try:

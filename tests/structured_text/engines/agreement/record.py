@@ -1,4 +1,4 @@
-"""Record the traces of all probes anew, from matiec.
+"""Record the traces of all probes again, from matiec.
 
 Run it as `python tests/structured_text/engines/agreement/record.py`.
 """

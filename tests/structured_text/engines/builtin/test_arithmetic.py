@@ -114,7 +114,7 @@ def test_a_literal_has_its_standard_value(run: Run, literal: str, kind: str, val
 def test_a_conversion_gives_what_fits_the_target(
     run: Run, conversion: str, kind: str, value: str, result: Any
 ) -> None:
-    """Those that `standard_table` does not have."""
+    """Conversions that `standard_table` does not contain."""
     source = conversion.split("_TO_")[0]
     assert run(f"A : {source} := {value}; X : {kind};", f"X := {conversion}(A);", "X") == result
 

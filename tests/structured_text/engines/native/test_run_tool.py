@@ -1,4 +1,4 @@
-"""Compilers that do not come to an end."""
+"""Compilers that never end."""
 
 from __future__ import annotations
 

@@ -149,7 +149,7 @@ def test_a_name_has_an_end(mistakes_of: Errors) -> None:
 
 
 def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) -> None:
-    """Each of them would look for its end through the whole rest of the file: for hours.
+    """If each comment searched the rest of the file for its end, this would take hours.
 
     Source: docs/reference/limits.md.
     """

@@ -68,7 +68,7 @@ def test_a_value_of_the_type_is_taken(kind: Type, value: Any, held: Any) -> None
         (COLOUR, 1, "use one of RED, GREEN"),
         (GRID, [1, 2, 3, 4, 5, 6], "cannot take 6 elements; give a list of 2"),
         (GRID, [[1, 2], [3, 4]], "Main.X[0] is of type Grid and cannot take 2 elements"),
-        (PAIR, {"Third": 1}, "has no field Third; it has First, Second"),
+        (PAIR, {"Third": 1}, "has no field Third; use First, Second"),
         (PAIR, 5, "give a dict of its fields"),
         (PAIR, {"First": 40000}, "Main.X.First is of type INT and cannot be 40000"),
     ],

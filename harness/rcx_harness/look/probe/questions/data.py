@@ -75,7 +75,7 @@ def points(ask: Asker) -> None:
 
 @still({"undefined-pallet": ("work_position_alarm",), "work-positions": ()}, does=_DOES)
 def pallet(ask: Asker) -> None:
-    """How are work positions of a pallet counted, and what ends the count?"""
+    """How does the controller count the work positions of a pallet, and where does it end?"""
     corners = ((0, 0), (1000, 0), (0, 2000), (1000, 2000), (0, 0))
     for number, corner in enumerate(corners):
         _point(ask, _POINT + number, *corner)
@@ -95,7 +95,7 @@ def pallet(ask: Asker) -> None:
 
 @still({"hand-data": ()}, does=_DOES)
 def hand(ask: Asker) -> None:
-    """Are hand data kept as they are on the wire?"""
+    """Does the controller store hand data unchanged?"""
     data = {"data1": 12_345, "data2": -678, "data3": 910, "data4": 1}
     answer = ask.command("WriteHand", 1, hand_number=_HAND, **data)
     ask.needs(answer.status == NORMAL_END, "hand 31 cannot be written")
@@ -120,7 +120,7 @@ def taught_point(ask: Asker) -> None:
     does="SO(270) to SO(277), which are not in the area, are written, read and set back.",
 )
 def other_ports(ask: Asker) -> None:
-    """Are outputs kept that are not in the area?"""
+    """Does the controller store outputs that are not in the area?"""
     port = {"port_type": 6, "port": 0x27}
     before = ask.command("ReadIoPort", **port).fields
     ask.needs(bool(before), "SO27() cannot be read")
@@ -151,7 +151,7 @@ def impossible_date(ask: Asker) -> None:
     does="The arm designation of robot 1 is set to what it is.",
 )
 def arm(ask: Asker) -> None:
-    """What does a robot that is no SCARA answer to an arm designation?"""
+    """What does a robot that is not a SCARA answer to an arm designation?"""
     state = ask.command("ReadArmDesignation", 1).fields.get("arm_state")
     answer = ask.command("SelectArm", 1, arm=state if state in (0, 1) else 0)
     ask.needs(bool(answer.alarm), "robot 1 is a SCARA robot")

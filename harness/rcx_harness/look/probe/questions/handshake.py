@@ -62,7 +62,7 @@ def changed_data(ask: Asker) -> None:
 
 @still(
     {"other-alarms": ("servo_off_alarm",)},
-    does="SI(00) and SI(06) go ON; inching of axis 1 is asked for with the servos off.",
+    does="SI(00) and SI(06) go ON; inching of axis 1 is requested with the servos off.",
 )
 def servo_off(ask: Asker) -> None:
     """What does a movement end in with the servos off?"""
@@ -76,7 +76,7 @@ def servo_off(ask: Asker) -> None:
 
 @still(
     {"jog-refused": ()},
-    does="SI(00) is ON, SI(06) OFF; a jog of axis 1 is asked for with the servos off.",
+    does="SI(00) is ON, SI(06) OFF; a jog of axis 1 is requested with the servos off.",
 )
 def jog_refused(ask: Asker) -> None:
     """Does a jog in the stop status end with 12.400 without a position?"""

@@ -54,7 +54,7 @@ def servo_on(ask: Asker) -> None:
 
 @moving(
     {"servo-on-command": ("servo_needs_motor_power", "motor_power_alarm")},
-    does="The motor power is switched OFF, then servo ON of axis 1 is asked for.",
+    does="The motor power is switched OFF, then servo ON of axis 1 is requested.",
 )
 def motor_power(ask: Asker) -> None:
     """Does a servo go ON by command without motor power?"""
@@ -98,7 +98,7 @@ def unasked_positions(ask: Asker) -> None:
     does="Axis 1 of robot 1 jogs for half a second at 1 % of the manual speed.",
 )
 def jog_cleared(ask: Asker) -> None:
-    """Does a jog whose command is cleared go on until SI(06) is OFF?"""
+    """Does a jog whose command is cleared continue until SI(06) is OFF?"""
     speed = ask.command("ReadSpeeds", 1).fields.get("manual_speed", 20)
     ask.command("SetManualSpeed", 1, speed=_SLOW)
     try:

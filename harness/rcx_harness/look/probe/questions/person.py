@@ -119,7 +119,7 @@ def main_power(ask: Asker) -> None:
     person="switch the controller off and on, wait until it has booted; press an emergency stop",
 )
 def power_cycle(ask: Asker) -> None:
-    """What is kept without power, and which alarms are there after power-on?"""
+    """Which data survive a power cycle, and which alarms are active after power-on?"""
     reset(ask)
     ask.turn("SI00", False)
     speed = ask.command("ReadSpeeds", 1).fields.get("manual_speed", 20)

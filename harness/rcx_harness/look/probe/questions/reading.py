@@ -35,7 +35,7 @@ def versions(ask: Asker) -> None:
 
 @reading({"option-slots": ("option_slots", "ivy2_unit", "absent_controller_alarm")})
 def option_slots(ask: Asker) -> None:
-    """Which units are in its slots, and what does a controller answer that is not there?"""
+    """Which units are in the option slots, and how are commands to an absent unit answered?"""
     fields = ask.command("ReadOptionSlots", controller=1).fields
     ask.needs(bool(fields), "the option slot reference did not end normally")
     ask.knob("option_slots", fields["slots"], text=f"slots {fields['slots']}")
@@ -70,7 +70,7 @@ def wrong_format(ask: Asker) -> None:
 
 @reading({"other-alarms": ("absent_robot_alarm", "no_axis_alarm")})
 def absent(ask: Asker) -> None:
-    """What does it answer where a robot or an axis is not there?"""
+    """How does the controller answer if a robot or an axis does not exist?"""
     answer = ask.command("ReadParameter", 1, parameter=_ACCEL, axes=_AXIS_6)
     if answer.alarm:
         _alarm_of(ask, "no_axis_alarm", answer, "a parameter of axis 6 of robot 1")
@@ -108,7 +108,7 @@ def undefined_pallet(ask: Asker) -> None:
 
 @reading({"task-table": ("undefined_program_alarm", "undefined_task_alarm")})
 def undefined_program(ask: Asker) -> None:
-    """What does it answer for programs and tasks that are not there?"""
+    """How does the controller answer for programs and tasks that do not exist?"""
     answer = ask.command("ReadProgramInfo", method=2, task=16)
     if answer.alarm:
         _alarm_of(ask, "undefined_task_alarm", answer, "a reference to task 16")
@@ -129,7 +129,7 @@ def name_filler(ask: Asker) -> None:
 
 @reading({"flag-bit-0": ("position_flag_bit0",), "position-hand": ("position_hand",)})
 def position_flags(ask: Asker) -> None:
-    """What stands beside a position in millimetres?"""
+    """Which flags does a position in millimetres have?"""
     fields = ask.command("ReadPositionMm", 1).fields
     ask.needs(bool(fields), "the position reference did not end normally")
     flag = bool(fields["flag_bit0"])

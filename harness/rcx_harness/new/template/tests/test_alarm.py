@@ -1,4 +1,4 @@
-"""An alarm of the controller stops the cycle; the operator goes on."""
+"""An alarm of the controller stops the cycle; the operator continues."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The emergency stop: at once, and nothing goes on by itself."""
+"""The emergency stop: at once, and nothing continues by itself."""
 
 from __future__ import annotations
 

@@ -43,6 +43,7 @@ const KEYS = [
 ];
 
 const DARK = matchMedia("(prefers-color-scheme: dark)");
+const embedded = Boolean(document.documentElement.dataset.theme);
 const isDark = () => document.documentElement.dataset.theme === "dark";
 const byId = (id) => document.getElementById(id);
 
@@ -90,7 +91,11 @@ class Page {
     this.#read();
     window.addEventListener("beforeprint", () => this.#print());
     window.addEventListener("afterprint", () => byId("paper").replaceChildren());
-    DARK.addEventListener("change", () => this.#dress(DARK.matches));
+    // A page that embeds this one sets `data-theme` and sends its changes; else the system decides.
+    if (embedded) {
+      const changed = ({ data }) => data?.theme && this.#dress(data.theme === "dark");
+      window.addEventListener("message", changed);
+    } else DARK.addEventListener("change", () => this.#dress(DARK.matches));
   }
 
   // The button that leads to what was broken.
@@ -531,7 +536,7 @@ async function start() {
     failed.hidden = false;
     return;
   }
-  document.documentElement.dataset.theme = DARK.matches ? "dark" : "light";
+  document.documentElement.dataset.theme ||= DARK.matches ? "dark" : "light";
   const { table, bytes } = await unpack(byId("data").textContent);
   new Page(table, bytes);
   // Drawn for the first time: so many milliseconds after it was asked for.
