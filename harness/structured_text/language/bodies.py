@@ -140,6 +140,8 @@ class _Statements:
     def _statement(self, node: s.Statement) -> t.Statement:
         if isinstance(node, s.Assign):
             return self._assign(node.target, node.value, node.at)
+        if isinstance(node, s.Latch) and node.op == "?":
+            return t.Evaluate(self._expressions.references.attempt(node), node.at)
         if isinstance(node, s.Latch):
             return self._bind(node) if node.op == "REF" else self._latch(node)
         if isinstance(node, s.If):

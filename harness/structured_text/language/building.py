@@ -88,7 +88,8 @@ class Statements(Transformer[Token, Any]):
 
     def latch(self, target: s.Variable, op: Token, value: s.Expression, _end: Token) -> s.Latch:
         word = op.upper()[:-1]
-        self.note("REFERENCE TO" if word == "REF" else "S= or R=", position_of(op))
+        notes = {"REF": "REFERENCE TO", "?": "an assignment attempt"}
+        self.note(notes.get(word, "S= or R="), position_of(op))
         return s.Latch(target, word, value, target.at)
 
     def call_statement(self, call: s.Call | s.Invoke, _end: Token) -> s.CallStatement:

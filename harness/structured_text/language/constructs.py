@@ -135,6 +135,7 @@ CONSTRUCTS = _TRANSLATED | {
     f"arguments of {INIT}": "give them as inputs of the call",
     "ANY": "write a function for each type",
     "__QUERYINTERFACE or __QUERYPOINTER": "declare a variable of the interface that you need",
+    "an assignment attempt": "declare a variable of the interface that you need",
     "__NEW or __DELETE": "declare the variable",
     "a program of _INIT and _CYCLIC": "write one PROGRAM, and begin with IF in the first scan",
     "CONTINUE": "use IF",

@@ -114,7 +114,7 @@ _PATTERN = re.compile(
     | (?P<comment>\(\*)
     | (?P<line_comment>//)
     | (?P<block_comment>/\*)
-    | (?P<punctuation>:=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
+    | (?P<punctuation>:=|=>|\?=|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
     | (?P<REALNUM>\d[\d_]*(?:\.\d[\d_]*(?:E[-+]?\d+)?|E[-+]?\d+))
     | (?P<INTEGER>(?:2|8|10|16)\#\w+|\d[\d_]*)
     | (?P<STRING>'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
@@ -231,7 +231,7 @@ class _Lexer:
                 self._note("a text over several lines", offset)
                 kind, value, behind = "STRING", lines.group(), lines.end()
             if kind == "punctuation":
-                kind = PUNCTUATION[value]
+                kind = "LATCH" if value == "?=" else PUNCTUATION[value]
             elif kind == "IDENT":
                 if len(value) > _LONGEST_NAME:
                     text = f"this name has {len(value):,} characters: {value[:_SHOWN]}..."

@@ -345,6 +345,26 @@ class References:
         blocks = objects.derived(key) + [one for one in objects.blocks if one == key]
         return t.Query(source, target, tuple(blocks), BOOL)
 
+    def attempt(self, node: s.Latch) -> t.Query:
+        """Type `target ?= source`: the target becomes the source, or 0 if that is of another type.
+
+        Raises:
+            InputError: the source is not a block or interface, or the target cannot be one.
+        """
+        source, target = self._all.check(node.value, None), self._all.place(node.target)
+        if not isinstance(source.type, (InterfaceType, BlockType)):
+            text = f"?= needs an interface or block, not a {describe(source.type)}"
+            raise self._scope.error(text, node.value.at)
+        kind: Type | None = target.type
+        if isinstance(kind, ReferenceType):
+            kind = kind.target
+        if not isinstance(kind, InterfaceType) and (kind is target.type or kind is None):
+            text = f"?= needs a variable of an interface, not a {describe(target.type)}"
+            raise self._scope.error(text, node.at)
+        objects, key = self._scope.declarations.objects, kind.name.upper()
+        blocks = objects.derived(key) + [one for one in objects.blocks if one == key]
+        return t.Query(source, target, tuple(blocks), BOOL)
+
     # --- functions ---
 
     def is_known(self, node: s.Call) -> bool:

@@ -173,6 +173,10 @@ def test_any_elsewhere_is_refused(mistakes_of: Mistakes, place: str) -> None:
         ("Base := Three; B := __QUERYPOINTER(Base, P); N := P^.D();", {"B": True, "N": 33}),
         ("P := ADR(One); Base := Two; B := __QUERYPOINTER(Base, P); M := BOOL_TO_INT(P = 0);",
          {"B": False, "M": 1}),
+        ("Base := One; First ?= Base; N := First.D();", {"N": 11}),
+        ("First := One; Base := Two; First ?= Base; B := First = 0;", {"B": True}),
+        ("Base := Three; Z ?= Base; N := Z^.D(); Base := Two; Z ?= Base; B := Z = NULL;",
+         {"N": 33, "B": True}),
         ("B := __QUERYPOINTER(One, Row[2]); N := Row[2]^.N;", {"B": True, "N": 7}),
     ],
 )  # fmt: skip
@@ -182,7 +186,7 @@ def test_a_query_gives_the_interface_or_pointer_of_the_same_block(
     """CODESYS help, "Operator '__QUERYINTERFACE'", its example, and "Operator '__QUERYPOINTER'"."""
     variables = """ One : F1; Two : F2; Three : F3; Base : I_Base; First : I_1; Second : I_2;
       B : BOOL; N, M : INT; P : POINTER TO F1; Many : ARRAY [0..1] OF F1;
-      Row : ARRAY [1..2] OF POINTER TO F1; """
+      Row : ARRAY [1..2] OF POINTER TO F1; Z : REF_TO F1; """
     _values(build, _program(_QUERIES, variables, body), expected)
 
 
@@ -196,6 +200,8 @@ def test_a_query_gives_the_interface_or_pointer_of_the_same_block(
         ("B := __QUERYINTERFACE(Base, Alone);", "__QUERYINTERFACE cannot ask for I_Alone"),
         ("B := __QUERYINTERFACE(Alone, Base);", "__QUERYINTERFACE cannot ask for I_Alone"),
         ("B := __QUERYPOINTER(Base, P);", "__QUERYPOINTER needs a POINTER TO a function block"),
+        ("N ?= Base;", "?= needs a variable of an interface, not a INT"),
+        ("Base ?= N;", "?= needs an interface or block, not a INT"),
         ("N := __QUERYPOINTER(Base, Q);", "a INT is expected here"),
     ],
 )
