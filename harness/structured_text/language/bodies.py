@@ -12,6 +12,7 @@ from structured_text.language import tree as t
 from structured_text.language.calls import ENABLING, block_arguments, enabling, pin_of
 from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
+from structured_text.language.function_overloads import chosen_function
 from structured_text.language.functions import same_text
 from structured_text.language.methods import NOTHING
 from structured_text.language.objects import START
@@ -140,8 +141,6 @@ class _Statements:
     def _statement(self, node: s.Statement) -> t.Statement:
         if isinstance(node, s.Assign):
             return self._assign(node.target, node.value, node.at)
-        if isinstance(node, s.Latch) and node.op == "?":
-            return t.Evaluate(self._expressions.references.attempt(node), node.at)
         if isinstance(node, s.Latch):
             return self._bind(node) if node.op == "REF" else self._latch(node)
         if isinstance(node, s.If):
@@ -234,7 +233,11 @@ class _Statements:
         if method is not None:
             return frozenset(method[1].symbols)
         if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
-            pou = self._scope.declarations.pous.get(callee.key)
+            keys = self._scope.registry.overloads.get(callee.key, [callee.key])
+            pous = [self._scope.declarations.pous.get(key) for key in keys]
+            if len(pous) > 1:
+                return frozenset(key for one in pous if one is not None for key in one.symbols)
+            pou = pous[0]
             return frozenset(pou.symbols if pou is not None else ())
         if not isinstance(callee, PLACES) or isinstance(call, (s.Call, s.Invoke)):
             return frozenset()
@@ -342,6 +345,8 @@ class _Statements:
         method = self._expressions.methods.call(replace(node, callee=callee), value=False)
         if method is not None:
             return [t.Evaluate(method, node.at)]
+        if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
+            callee = chosen_function(callee, node.arguments, self._expressions)
         node = replace(node, callee=callee)
         if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
             pou = self._scope.declarations.pous.get(callee.key)
@@ -437,12 +442,22 @@ class _Statements:
             raise self._scope.error(
                 f"a FOR needs an integer counter, not a {describe(kind)}", node.counter.at
             )
-        start = self._expressions.check(node.start, kind)
+        start = self._start(node.start, kind)
         end = self._expressions.check(node.end, kind)
         step = self._step(node.step, kind) if node.step else t.Constant(1, kind)
         if isinstance(step, t.Constant) and step.value == 0:
             raise self._scope.error("a FOR loop with a step of 0 never ends", node.at)
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
+
+    def _start(self, node: s.Expression, kind: Type) -> t.Expression:
+        """Return the start of a FOR. SIMATIC AX converts one of a wider type without a word."""
+        found = self._expressions.infer(node)
+        wider = found != kind and type_name(found) in ANY_INT and type_name(kind) in ANY_INT
+        if self._scope.registry.dialect.name != "ax" or not wider:
+            return self._expressions.check(node, kind)
+        self._scope.note("an implicit conversion", node.at, "the start of a FOR")
+        found_value = self._expressions.check(node, None)
+        return self._expressions.converted(found_value, ELEMENTARY[type_name(kind)])
 
     def _step(self, node: s.Expression, kind: Type) -> t.Expression:
         """Return the step of a FOR. A counter without a sign may count down, too."""

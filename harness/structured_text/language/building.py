@@ -45,6 +45,28 @@ def nodes_of(children: Any, kind: Any) -> tuple[Any, ...]:
     return tuple(child for child in children if isinstance(child, kind))
 
 
+def _is_text(label: s.Expression | s.Range) -> bool:
+    """Return whether the label of a CASE is a text or a range of characters."""
+    first = label.low if isinstance(label, s.Range) else label
+    return isinstance(first, s.Literal) and first.kind == "STRING"
+
+
+def _any_of(
+    selector: s.Expression, labels: tuple[s.Expression | s.Range, ...], at: s.Position
+) -> s.Expression:
+    """Return the condition that a value is one of the labels of a CASE."""
+    found: s.Expression | None = None
+    for label in labels:
+        if isinstance(label, s.Range):
+            low = s.Binary(">=", selector, label.low, label.at)
+            one = s.Binary("AND", low, s.Binary("<=", selector, label.high, label.at), label.at)
+        else:
+            one = s.Binary("=", selector, label, label.at)
+        found = one if found is None else s.Binary("OR", found, one, at)
+    assert found is not None
+    return found
+
+
 def _join(operands: list[s.Expression], op: Token) -> None:
     """Replace the last two operands by their operation."""
     right, left = operands.pop(), operands.pop()
@@ -86,10 +108,17 @@ class Statements(Transformer[Token, Any]):
         self.note("several targets of an assignment", parts[0].at)
         return s.AssignChain(parts[:-1], parts[-1], parts[0].at)
 
+    def attempt(
+        self, target: s.Variable, _op: Token, value: s.Expression, _end: Token
+    ) -> s.CallStatement:
+        """Return `target ?= value` as the question for the interface of the target."""
+        self.note("?=", target.at)
+        arguments = tuple(s.Argument(None, one, False, one.at) for one in (value, target))
+        return s.CallStatement(s.Name("__QUERYINTERFACE", target.at), arguments, target.at)
+
     def latch(self, target: s.Variable, op: Token, value: s.Expression, _end: Token) -> s.Latch:
         word = op.upper()[:-1]
-        notes = {"REF": "REFERENCE TO", "?": "an assignment attempt"}
-        self.note(notes.get(word, "S= or R="), position_of(op))
+        self.note("REFERENCE TO" if word == "REF" else "S= or R=", position_of(op))
         return s.Latch(target, word, value, target.at)
 
     def call_statement(self, call: s.Call | s.Invoke, _end: Token) -> s.CallStatement:
@@ -118,8 +147,18 @@ class Statements(Transformer[Token, Any]):
     ) -> tuple[s.Expression, tuple[s.Statement, ...]]:
         return condition, body
 
-    def case(self, word: Token, selector: s.Expression, *rest: Any) -> s.Case:
+    def case(self, word: Token, selector: s.Expression, *rest: Any) -> s.Case | s.If:
         branches = nodes_of(rest, s.CaseBranch)
+        if any(_is_text(label) for branch in branches for label in branch.labels):
+            self.note("a CASE of texts", position_of(word))
+            if isinstance(selector, (s.Call, s.Invoke)):  # each label would call it once more
+                text, hint = "a CASE of texts needs a variable", "assign the result to one first"
+                at = position_of(word)
+                self.errors.append(
+                    InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)
+                )
+            tests = [(_any_of(selector, one.labels, one.at), one.body) for one in branches]
+            return s.If(tuple(tests), rest[-2] or (), position_of(word))
         if not branches or rest[-3] is not None:
             self._filled(rest[-2] or (), word)
         return s.Case(selector, branches, rest[-2] or (), position_of(word))

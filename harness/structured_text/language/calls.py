@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
@@ -35,6 +36,7 @@ def function_arguments(
     Raises:
         InputError: arguments that do not fit.
     """
+    node = without_true(node, pou.symbols)
     refuse_enabling(node, pou.symbols, scope)
     pins = [one for one in pou.symbols.values() if one.section in ("VAR_INPUT", "VAR_IN_OUT")]
     given: dict[str, s.Argument] = {}
@@ -43,7 +45,7 @@ def function_arguments(
     every = [*pins, *outputs.values()]
     unnamed = [one for one in node.arguments if one.name is None]
     are_named(node, scope)
-    if len(unnamed) > len(every) or (pins and not node.arguments):
+    if len(unnamed) > len(every):
         message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
         raise scope.error(message, node.at)
     for symbol, argument in zip(every, node.arguments, strict=False):
@@ -69,7 +71,7 @@ def function_arguments(
         if key in given:
             raise scope.error(f"{argument.name.text} is given twice", argument.at)
         given[key] = argument
-    if unnamed and len(given) < len(pins):
+    if (unnamed or not node.arguments) and len(given) < len(pins):
         scope.note("inputs of a function left out", node.at)
     for symbol in pins:
         scalar = isinstance(symbol.type, (ElementaryType, EnumType))
@@ -216,6 +218,18 @@ def enabling(
             raise scope.error(f"{key} is given twice", argument.at)
         found[key] = argument
     return found
+
+
+def without_true(node: s.Call, own: Collection[str]) -> s.Call:
+    """Return a call without `EN := TRUE`, which changes nothing; `own` are the pins."""
+
+    def is_true(argument: s.Argument) -> bool:
+        value, name = argument.value, argument.name
+        literal = isinstance(value, s.Literal) and value.text.upper() == "TRUE"
+        return literal and name is not None and name.key == "EN" and "EN" not in own
+
+    kept = tuple(one for one in node.arguments if not is_true(one))
+    return replace(node, arguments=kept) if len(kept) < len(node.arguments) else node
 
 
 def refuse_enabling(node: s.Call | s.Invoke, own: Collection[str], scope: Scope) -> None:

@@ -75,7 +75,7 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
             prefix, _, name = node.text.partition("#")
             kind = types.get(prefix.upper())
             if isinstance(kind, EnumType):
-                return member(kind, s.Name(name, node.at), where)
+                return member(kind, s.Name(name.strip(), node.at), where)
             if prefix.upper() not in ELEMENTARY and prefix.upper() not in _SHORT:
                 raise where.error(f"there is no type {prefix}", node.at)
             kind, value = typed_literal(node.text)
@@ -135,6 +135,14 @@ def _retyped(found: Constant, kind: Type, at: s.Position, where: Declared) -> Co
     if found.type == kind:
         return found
     have = found.type
+    if isinstance(have, EnumType) and isinstance(kind, ElementaryType):
+        low, high = INT_RANGE.get(kind.name, (0, -1))
+        if have.base == kind.name or widening(have.base, kind.name) or low <= found.value <= high:  # type: ignore[operator]
+            where.note("an enumeration as a number", at)
+            return Constant(converted(found.value, have.base, kind), kind, True)
+    if isinstance(kind, EnumType) and have.name == kind.base and "strict" not in kind.attributes:
+        where.note("a number as an enumeration", at)
+        return Constant(found.value, kind, True)
     if isinstance(have, ElementaryType) and isinstance(kind, ElementaryType):
         texts = have.name in ANY_STRING and have.name == kind.name
         if texts and len(str(found.value)) <= string_length(kind):
@@ -187,8 +195,8 @@ def constant(
     if isinstance(node, s.Name) and isinstance(kind, EnumType):
         if node.key in (one.upper() for one in kind.members):
             return member(kind, node, where)
-        if lookup(node) is None:
-            return member(kind, node, where)
+        if lookup(node) is None:  # a variable is assigned at the start
+            return _member_or_variable(kind, node, where)
     found = evaluate(node, types, where, lookup, detail)
     if isinstance(kind, EnumType) and _is_number_of(found, kind):
         where.note("a number as an enumeration", node.at)
@@ -235,6 +243,16 @@ _NAMED, _MEMBER = "a constant instead of a literal", "a member of an enumeration
 
 class NotConstantError(InputError):
     """An expression is not constant at a place that requires a constant."""
+
+
+def _member_or_variable(kind: EnumType, node: s.Name, where: Declared) -> Constant:
+    """Return a member of an enumeration; raise NotConstantError for another name."""
+    try:
+        return member(kind, node, where)
+    except InputError as error:
+        raise NotConstantError(
+            error.message, file=error.file, line=error.line, column=error.column, hint=error.hint
+        ) from None
 
 
 _MOST_BITS = 256

@@ -77,6 +77,8 @@ _TRANSLATED = {
     "a negative step of an unsigned counter": "use a signed counter, or WHILE",
     "a source in Windows-1252": "save the file as UTF-8",
     "another name of a pin": "use the name of the second edition",
+    "the name of a POU as a text": "write the text",
+    "the size of a block": "write the number",
 }
 TRANSLATED = frozenset(_TRANSLATED)
 #: All constructs.
@@ -133,9 +135,11 @@ CONSTRUCTS = _TRANSLATED | {
     "a character of a text by its number": "use MID",
     "a NAMESPACE": "write the name without it",
     f"arguments of {INIT}": "give them as inputs of the call",
+    "a CASE of texts": "use IF",
+    "?=": "declare a variable of the interface that you need",
+    "functions of one name": "give each function a name of its own",
     "ANY": "write a function for each type",
     "__QUERYINTERFACE or __QUERYPOINTER": "declare a variable of the interface that you need",
-    "an assignment attempt": "declare a variable of the interface that you need",
     "__NEW or __DELETE": "declare the variable",
     "a program of _INIT and _CYCLIC": "write one PROGRAM, and begin with IF in the first scan",
     "CONTINUE": "use IF",

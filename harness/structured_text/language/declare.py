@@ -121,7 +121,8 @@ class Declarations(Types):
                 kind, initial = self.resolve(node.result, where, "result")
                 if has_block(kind):
                     raise where.error("a block cannot be a result", node.result.at)
-                result = Symbol(node.name.text, kind, "RESULT", node.result.at, initial)
+                text = self.registry.written_names.get(node.name.key, node.name.text)
+                result = Symbol(text, kind, "RESULT", node.result.at, initial)
             except InputError as error:
                 self._report(error)
                 self.broken.add(node.name.key)
@@ -288,9 +289,10 @@ class Declarations(Types):
         started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
         if started:
             where.note(f"arguments of {INIT}", node.spec.at)
-        if started and (section.kind != "VAR" or pou not in ("PROGRAM", "FUNCTION_BLOCK")):
+        places = ("PROGRAM", "FUNCTION_BLOCK", "METHOD")
+        if started and section.kind != "VAR_INST" and (section.kind != "VAR" or pou not in places):
             raise where.error(
-                f"{INIT} takes arguments in VAR of a block or program only",
+                f"{INIT} takes arguments in VAR of a block, program or method only",
                 node.spec.at,
                 "declare the block there, as a variable of its own",
             )

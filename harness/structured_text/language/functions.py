@@ -10,10 +10,13 @@ widens.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.calls import function_arguments, standard_arguments
 from structured_text.language.checking import Checking
+from structured_text.language.function_overloads import chosen_function
 from structured_text.language.methods import NOTHING
 from structured_text.language.references import PLACES
 from structured_text.language.registry import ConsequenceError
@@ -32,7 +35,7 @@ from structured_text.language.scalars import (
     WIDTH,
     string_length,
 )
-from structured_text.language.sizes import size_of
+from structured_text.language.sizes import block_size, size_of
 from structured_text.language.standard import (
     BLOCKS,
     FUNCTIONS,
@@ -88,7 +91,8 @@ _JOINED = 255
 #: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")
 #: Functions of a declaration, not of a value.
-_OF_VARIABLES = ("SIZEOF", "LOWER_BOUND", "UPPER_BOUND")
+_SIZES = ("SIZEOF", "XSIZEOF")
+_OF_VARIABLES = (*_SIZES, "LOWER_BOUND", "UPPER_BOUND")
 
 
 class Functions:
@@ -102,7 +106,7 @@ class Functions:
 
     def result(self, node: s.Call) -> Type | None:
         """Return the type of the result; None if the context determines it."""
-        key = node.function.key
+        key = chosen_function(node.function, node.arguments, self._expressions).key
         declared = self._scope.declarations.pous.get(key)
         if declared is not None:
             return None if declared.result is None else declared.result.type
@@ -162,6 +166,9 @@ class Functions:
 
     def call(self, node: s.Call, want: Type | None) -> t.Expression:
         """Type a call, or raise InputError."""
+        chosen = chosen_function(node.function, node.arguments, self._expressions)
+        if chosen is not node.function:
+            node = replace(node, function=chosen)
         key, name, at = node.function.key, node.function.text, node.at
         pou = self._scope.declarations.pous.get(key)
         if pou is not None and pou.kind == "FUNCTION":
@@ -246,7 +253,9 @@ class Functions:
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)
         all_ = self._expressions
-        found = all_.variable(value) if pin.constant else all_.writable(value)
+        # CODESYS also passes an input of open length on as a VAR_IN_OUT: it is never copied.
+        read = pin.constant or (_is_open(kind) and _is_open(all_.variable(value).type))
+        found = all_.variable(value) if read else all_.writable(value)
         if pin.section == "VAR_OUTPUT" and same_number(kind, found.type):
             self._scope.note("an enumeration as a number", argument.at)
             return found
@@ -317,13 +326,13 @@ class Functions:
         return t.Binary(op, first, second, ELEMENTARY[result])
 
     def _of_variable(self, node: s.Call, want: Type | None) -> t.Expression:
-        """Type SIZEOF, LOWER_BOUND and UPPER_BOUND.
+        """Type SIZEOF, XSIZEOF, LOWER_BOUND and UPPER_BOUND.
 
         They are constants because all types are complete. Only the bounds of an ARRAY [*] are read
         at run time.
         """
         key, count = node.function.key, len(node.arguments)
-        number = 1 if key == "SIZEOF" else 2
+        number = 1 if key in _SIZES else 2
         if count != number:
             raise self._scope.error(f"{key} takes {number} arguments, not {count}", node.at)
         first = node.arguments[0].value
@@ -336,11 +345,14 @@ class Functions:
             if not isinstance(first, PLACES):
                 raise self._scope.error(f"{key} needs a variable", first.at)
             kind = self._expressions.variable(first).type
-        if key == "SIZEOF":
+        if key in _SIZES:
             size = size_of(kind)
             if size is None:
+                self._scope.note("the size of a block", first.at)
+                size = block_size(kind)
+            if size is None:
                 raise self._scope.error(
-                    f"SIZEOF is not supported for a {describe(kind)}",
+                    f"{key} is not supported for a {describe(kind)}",
                     first.at,
                     "write the size as a number: the tools differ",
                 )
@@ -457,6 +469,11 @@ class Functions:
         if isinstance(want, ElementaryType) and want.name in ANY_INT:
             return want
         return ELEMENTARY["INT"]
+
+
+def _is_open(kind: Type) -> bool:
+    """Return whether a type is an array of open length."""
+    return isinstance(kind, ArrayType) and kind.open
 
 
 def same_text(one: Type, other: Type) -> bool:

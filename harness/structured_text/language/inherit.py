@@ -262,7 +262,8 @@ class Inheritance:
 
     def _check_override(self, owner: _Owner, name: str, method: Pou, inherited: Pou) -> None:
         at = self._at(owner, name)
-        if "FINAL" in inherited.words:
+        # An interface has no body: FINAL there is for the blocks that implement it.
+        if "FINAL" in inherited.words and inherited.owner is not None:
             self._report(owner.where.error(f"{inherited.name} is FINAL", at))
         if name == INIT.upper():
             if not _extends(method, inherited):

@@ -50,6 +50,7 @@ KEYWORDS = frozenset(
 
 PUNCTUATION = {
     ":=": "ASSIGN",
+    "?=": "ATTEMPT",
     "=>": "SENDTO",
     "<=": "LE",
     ">=": "GE",
@@ -95,11 +96,18 @@ _UNSUPPORTED = {
     "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
+#: Tokens before a name that is declared or used: such a word is the name.
+_BEFORE_NAMES = frozenset(
+    ("DOT", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD", "PROPERTY", "PROGRAM", "CLASS")
+)
 #: Text behind such a word if it is the keyword and not a variable of that name.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 
 _GIVEN = re.compile(r"\s*(?::=|=>)")
 _DECIMAL = re.compile(r"(?:^|#[-+]?)10#")
+#: Tokens before a name: no word behind them begins an unsupported construct.
+_BEFORE_NAMES = ("DOT", "WORD", "CLASS", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD")
+
 #: A token with the white space before it.
 _PATTERN = re.compile(
     r"""\s*(?:
@@ -108,13 +116,14 @@ _PATTERN = re.compile(
         | L?(?:D|DATE|TOD|TIME_OF_DAY|DT|DATE_AND_TIME)\#[\d:.\-_]+
         | W?(?:CHAR|STRING)\#(?:'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
         | [A-Z_]\w*\#[-+]?
-          (?:\d+\#\w+|\d[\d_]*(?:\.\d[\d_]*)?E[-+]?\d+|\d[\d_]*\.\d[\d_]*|\d\w*|[A-Z_]\w*)
+          (?:\d+\#\w+|[ \t]+[A-Z_]\w*
+          |\d[\d_]*(?:\.\d[\d_]*)?E[-+]?\d+|\d[\d_]*\.\d[\d_]*|\d\w*|[A-Z_]\w*)
       )
     | (?P<IDENT>[A-Z_]\w*)
     | (?P<comment>\(\*)
     | (?P<line_comment>//)
     | (?P<block_comment>/\*)
-    | (?P<punctuation>:=|=>|\?=|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
+    | (?P<punctuation>:=|\?=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
     | (?P<REALNUM>\d[\d_]*(?:\.\d[\d_]*(?:E[-+]?\d+)?|E[-+]?\d+))
     | (?P<INTEGER>(?:2|8|10|16)\#\w+|\d[\d_]*)
     | (?P<STRING>'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
@@ -231,7 +240,7 @@ class _Lexer:
                 self._note("a text over several lines", offset)
                 kind, value, behind = "STRING", lines.group(), lines.end()
             if kind == "punctuation":
-                kind = "LATCH" if value == "?=" else PUNCTUATION[value]
+                kind = PUNCTUATION[value]
             elif kind == "IDENT":
                 if len(value) > _LONGEST_NAME:
                     text = f"this name has {len(value):,} characters: {value[:_SHOWN]}..."
@@ -335,7 +344,8 @@ class _Lexer:
 
     def _name(self, value: str, word: str, offset: int, behind: int) -> str:
         """Return the kind of an identifier: LABEL at the beginning of a CASE label, else IDENT."""
-        if word in _UNSUPPORTED and self._previous != "DOT" and _MEANT.match(self._text, behind):
+        named = self._previous in _BEFORE_NAMES
+        if word in _UNSUPPORTED and not named and _MEANT.match(self._text, behind):
             self._refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset)
         elif word in ("R_EDGE", "F_EDGE") and self._previous == "IDENT":
             self._refuse(f"{word} is not supported (edge qualifiers)", offset, "use an R_TRIG")

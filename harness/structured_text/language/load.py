@@ -26,6 +26,7 @@ from structured_text.language.declare import Declarations, Scope
 from structured_text.language.dialects import Dialect, dialect_of, rules_of
 from structured_text.language.generics import instantiated
 from structured_text.language.located import located
+from structured_text.language.namespaces import separated
 from structured_text.language.parser import read_text
 from structured_text.language.phases import joined
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
@@ -38,6 +39,7 @@ from structured_text.language.registry import (
 )
 from structured_text.language.scalars import TIME
 from structured_text.language.source import is_narrow, source_text
+from structured_text.language.starting import instance_sections
 from structured_text.language.system import QUERY, system_declaration
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
@@ -252,17 +254,24 @@ def _whole(paths: Sequence[Path], read: Read | None) -> Project:
 
 
 def analyse(
-    paths: Sequence[Path], read: Read | None = None, most: int | None = None
+    paths: Sequence[Path],
+    read: Read | None = None,
+    most: int | None = None,
+    *,
+    every: bool = False,
 ) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, in the order of the given files.
 
     Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
     another error are left out. `most` is the number of errors after which the others are counted;
-    default: `MOST_MISTAKES`.
+    default: `MOST_MISTAKES`. With `every` all are returned, the consequences as `ConsequenceError`:
+    a statistic of files must not count a file as accepted because its error is not shown.
     """
     read = read or read_file
     try:
-        project, errors = deeply(partial(_analysed, paths, read))
+        project, errors = deeply(partial(_analysed, paths, read, every=every))
+        if every:
+            return project, errors
         return project, first_errors(errors, MOST_MISTAKES if most is None else most)
     except RecursionError:
         return None, [too_deep(paths, read)]
@@ -313,7 +322,7 @@ def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
 
 @uncollected()
 def _analysed(
-    paths: Sequence[Path], read: Read, visit: Visit | None = None
+    paths: Sequence[Path], read: Read, visit: Visit | None = None, *, every: bool = False
 ) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
@@ -329,22 +338,32 @@ def _analysed(
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
-    whole = instantiated(joined(sources))
+    whole = instantiated(separated(joined(sources)))
     errors += [error for one in whole for error in one.errors if error not in errors]
     rules = rules_of(dialect_of(paths))
     project = _resolve(whole, found, whole=not errors, dialect=rules, visit=visit)
-    found = _causes(found, sources)
+    causes = _causes(found, sources)
+    if every:
+        caused = [_consequence(one) for one in found if one not in causes]
+        return project, [*errors, *causes, *caused]
     # Declarations in an unreadable file are unknown to the other files.
     unread = {(one.file, one.line) for one in errors}
     errors += [
         one
-        for one in found
+        for one in causes
         if not ((missing or (one.file, one.line) in unread) and _UNKNOWN.match(one.message))
     ]
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
     errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
     return project if not errors else None, list(dict.fromkeys(errors))
+
+
+def _consequence(error: InputError) -> ConsequenceError:
+    """Return an error that follows from another one, marked as such."""
+    return ConsequenceError(
+        error.message, file=error.file, line=error.line, column=error.column, hint=error.hint
+    )
 
 
 def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
@@ -464,7 +483,8 @@ def _resolve(
             check_body(scope, declared.node.body, errors.append)
             if visit is not None:
                 visit(scope, declared.node.body)
-            check_start(scope, declared.node.sections, errors.append)
+            sections = (*declared.node.sections, *instance_sections(declared.node))
+            check_start(scope, sections, errors.append)
     for method, syntax, where in declarations.inheritance.bodies():
         scope = Scope(method, where, registry, declarations)
         check_body(scope, syntax.body, errors.append)

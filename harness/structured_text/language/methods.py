@@ -72,6 +72,9 @@ class Methods:
         getter = self._objects.method(base.type, f"{name.key}.GET")
         if getter is not None:
             self._check_whole(getter)
+        setter = self._objects.method(base.type, f"{name.key}.SET")
+        if setter is not None:
+            self._check_whole(setter)
         if getter is None or getter.result is None:
             raise self._scope.error(f"the property {name.text} has no GET", name.at)
         self._check_access(getter, name)

@@ -31,6 +31,7 @@ from structured_text.language.foreign import (
     one_for_all,
 )
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
+from structured_text.language.pou_names import with_names
 from structured_text.language.recovery import read_tokens
 from structured_text.language.source import Extract, source_text, title_of
 from structured_text.language.words import ACCESSORS
@@ -556,6 +557,7 @@ def read_text(text: str, file: Path) -> s.Source:
     if not isinstance(file, Extract) and (error := not_structured_text(found, file)):
         return s.Source(file, (), errors=(error,))
     found = corrected(found, file, notes.errors.append)
+    found = with_names(found, file, notes.uses)
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     builder.entries = []
     declarations, errors = read_tokens(lark, found, file)

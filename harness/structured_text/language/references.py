@@ -39,7 +39,7 @@ _QUERY = "IQueryInterface"
 _REFUSED = {
     "__NEW": "write it alone behind := of an assignment to a pointer",
     "__DELETE": "write it as a statement of its own",
-    **dict.fromkeys(("__VARINFO", "__POUNAME", "__POSITION"), "write a STRING of your own"),
+    "__VARINFO": "write a STRING of your own",
     "BITADR": "name the bit of the variable",
     **dict.fromkeys(("MEMCPY", "MEMSET", "MEMMOVE", "MEMCMP"), "assign or compare the variables"),
 }
@@ -198,6 +198,8 @@ class References:
     def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
         """Return the characters of a text as an array of BYTE or WORD, from index 0.
 
+        In the dialects of Siemens they are CHAR or WCHAR, from index 1.
+
         Raise InputError if the text is not a variable but the result of a call.
         """
         kind = base.type
@@ -210,6 +212,9 @@ class References:
         self._scope.note("a character of a text by its number", at)
         element = ELEMENTARY["BYTE" if kind.name == "STRING" else "WORD"]
         row = ArrayType("", ((0, string_length(kind)),), element)
+        if self._scope.registry.dialect.name in ("ax", "tia"):
+            element = ELEMENTARY["CHAR" if kind.name == "STRING" else "WCHAR"]
+            row = ArrayType("", ((1, string_length(kind)),), element)
         self._scope.declarations.views = True
         return t.Deref(t.Recast(_to(base, "POINTER"), ReferenceType("POINTER", row)), row)
 
@@ -336,32 +341,15 @@ class References:
         elif not isinstance(kind, InterfaceType):
             text = f"{name} needs a variable of an interface, not a {describe(kind)}"
             raise self._scope.error(text, second.at)
+        every = self._scope.registry.dialect.name == "ax"  # each interface can be asked for
         for one, at in ((source.type, first.at), (asked, second.at)):
+            if every:
+                break
             if isinstance(one, InterfaceType) and not objects.is_a(one, InterfaceType(_QUERY)):
                 hint = f"let {one.name} EXTEND __SYSTEM.{_QUERY}"
                 raise self._scope.error(f"{name} cannot ask for {one.name}", at, hint)
         assert asked is not None
         key = asked.name.upper()
-        blocks = objects.derived(key) + [one for one in objects.blocks if one == key]
-        return t.Query(source, target, tuple(blocks), BOOL)
-
-    def attempt(self, node: s.Latch) -> t.Query:
-        """Type `target ?= source`: the target becomes the source, or 0 if that is of another type.
-
-        Raises:
-            InputError: the source is not a block or interface, or the target cannot be one.
-        """
-        source, target = self._all.check(node.value, None), self._all.place(node.target)
-        if not isinstance(source.type, (InterfaceType, BlockType)):
-            text = f"?= needs an interface or block, not a {describe(source.type)}"
-            raise self._scope.error(text, node.value.at)
-        kind: Type | None = target.type
-        if isinstance(kind, ReferenceType):
-            kind = kind.target
-        if not isinstance(kind, InterfaceType) and (kind is target.type or kind is None):
-            text = f"?= needs a variable of an interface, not a {describe(target.type)}"
-            raise self._scope.error(text, node.at)
-        objects, key = self._scope.declarations.objects, kind.name.upper()
         blocks = objects.derived(key) + [one for one in objects.blocks if one == key]
         return t.Query(source, target, tuple(blocks), BOOL)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +86,8 @@ class Registry:
         self.types: dict[str, Declared] = {}
         self.pous: dict[str, Declared] = {}
         self.interfaces: dict[str, Declared] = {}
+        self.overloads: dict[str, list[str]] = {}
+        self.written_names: dict[str, str] = {}
         self.namespaces = set(_LIBRARIES)
         self.configuration: Declared | None = None
         self.members: dict[str, list[str]] = {}
@@ -131,6 +133,8 @@ class Registry:
             return
         key = node.name.key
         earlier = self.types.get(key) or self.pous.get(key) or self.interfaces.get(key)
+        if earlier is not None and self._overloads(declared, earlier):
+            return
         if earlier is not None:
             place = f"{earlier.file.name}, line {earlier.node.name.at.line}"
             hint = f"remove this one or the one in {place}"
@@ -147,6 +151,24 @@ class Registry:
         else:
             self._note_standard(declared)
             self.pous[key] = declared
+
+    def _overloads(self, declared: Declared, earlier: Declared) -> bool:
+        """Add a function that has the name of another one but other inputs; return whether."""
+        node, other = declared.node, earlier.node
+        if self.dialect.name != "ax" or not isinstance(node, s.Pou) or not isinstance(other, s.Pou):
+            return False
+        key = node.name.key
+        known = self.overloads.get(key, [key])
+        inputs = [_inputs(self.pous[one].node) for one in known]
+        if {node.kind, other.kind} != {"FUNCTION"} or _inputs(node) in inputs:
+            return False
+        name = f"{node.name.text}__{len(known) + 1}"
+        self.overloads[key] = [*known, name.upper()]
+        self.written_names[name.upper()] = node.name.text
+        renamed = replace(node, name=s.Name(name, node.name.at))
+        self.pous[name.upper()] = replace(declared, node=renamed)
+        declared.note("functions of one name", node.name.at)
+        return True
 
     def _note_standard(self, declared: Declared) -> None:
         if reserved(declared.node.name.key):
@@ -183,9 +205,12 @@ class Registry:
         return bool(key)
 
     def is_reachable(self, name: s.Name) -> bool:
-        """Return whether a name has no namespace, or one of the sources or of a known library."""
+        """Return whether a name has no namespace, or one of the sources or of a known library.
+
+        A library may have its own libraries: `Library.Inner.Name`.
+        """
         space = name.key.rpartition(".")[0]
-        return not space or space in self.namespaces
+        return not space or space in self.namespaces or space.rpartition(".")[2] in self.namespaces
 
     def check_reachable(self, name: s.Name, where: Declared) -> None:
         """Raise InputError if a name has an unknown namespace."""
@@ -245,6 +270,10 @@ class Registry:
                 for name in _used(declared.node)
                 if self.is_reachable(name) and last_name(name) in everything
             ]
+            used = [one for name in used for one in self.overloads.get(name, [name])]
+            # Functions of one name may call each other: the arguments choose another one.
+            family = self.overloads.get(self.written_names.get(key, key).upper(), ())
+            used = [one for one in used if one not in family]
             for name in used:
                 visit(everything[name], (*path, key))
             done[key] = True
@@ -277,6 +306,26 @@ class Registry:
 def _nameless(at: s.Position) -> s.GlobalList:
     """Return an empty declaration for the entries of VAR_CONFIG."""
     return s.GlobalList(s.Name("", at), s.Section("VAR_CONFIG", "", (), at), at)
+
+
+def _inputs(node: s.Declaration) -> list[str]:
+    """Return the types of the pins of a function, as written, in upper case."""
+    assert isinstance(node, s.Pou)
+    return [
+        _written(variable.spec)
+        for section in node.sections
+        if section.kind in ("VAR_INPUT", "VAR_IN_OUT", "VAR_OUTPUT")
+        for variable in section.variables
+        for _ in variable.names
+    ]
+
+
+def _written(spec: object) -> str:
+    if isinstance(spec, s.NamedSpec):
+        return spec.name.key
+    if isinstance(spec, s.ArraySpec):
+        return f"ARRAY {len(spec.dimensions)} {_written(spec.element)}"
+    return type(spec).__name__
 
 
 def _used(node: Any) -> Iterator[s.Name]:

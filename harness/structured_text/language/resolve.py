@@ -9,6 +9,7 @@ pointer may lead to a type that contains it, so the targets of pointers are reso
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, MutableMapping
+from copy import deepcopy
 from ctypes import c_float
 from dataclasses import replace
 from typing import Any
@@ -20,6 +21,7 @@ from structured_text.language.extent import Extents
 from structured_text.language.later import Later
 from structured_text.language.registry import ConsequenceError, Declared, Registry, last_name
 from structured_text.language.scalars import (
+    ANY_BIT,
     ANY_CHARS,
     ANY_INT,
     ANY_REAL,
@@ -381,7 +383,11 @@ class Types:
 
     def _subrange(self, spec: s.SubrangeSpec, where: Declared) -> tuple[Type, Any]:
         kind, _ = self.resolve(spec.base, where)
-        if not isinstance(kind, ElementaryType) or kind.name not in (*ANY_INT, *ANY_REAL):
+        if not isinstance(kind, ElementaryType) or kind.name not in (
+            *ANY_INT,
+            *ANY_REAL,
+            *ANY_BIT[1:],
+        ):
             raise where.error(f"a {describe(kind)} has no subrange", spec.at)
         low = constant(spec.low, kind, self.types, where, self.lookup).value
         high = constant(spec.high, kind, self.types, where, self.lookup).value
@@ -391,12 +397,22 @@ class Types:
 
     # --- constants ---
 
+    def _without_space(self, node: s.Expression) -> s.Expression:
+        """Return a path without the namespace at its beginning."""
+        if not isinstance(node, s.Field):
+            return node
+        if isinstance(node.base, s.Name):
+            key = node.base.key
+            known = key in self.lists or self.type_named(key) is not None
+            return node.name if key in self.registry.namespaces and not known else node
+        base = self._without_space(node.base)
+        if base is node.base or not isinstance(base, s.Name):
+            return node
+        return s.Field(base, node.name, node.at)
+
     def lookup(self, node: s.Expression) -> Constant | None:
         """Return the constant of a name, path or call; None if it is not a constant."""
-        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
-            inner = node.base
-            if isinstance(inner.base, s.Name) and inner.base.key in self.registry.namespaces:
-                node = s.Field(inner.name, node.name, node.at)
+        node = self._without_space(node)
         if isinstance(node, s.Field) and isinstance(node.base, s.Name):
             kind = self.type_named(node.base.key)
             if isinstance(kind, EnumType):
@@ -454,8 +470,11 @@ class Types:
         if len(node.arguments) != 1:
             return None
         argument = node.arguments[0].value
-        if key == "SIZEOF":
+        if key in ("SIZEOF", "XSIZEOF"):
             kind = type_of(self, argument)
+            name = argument.key if isinstance(argument, s.Name) else ""
+            if kind is None and name in self.registry.types:
+                raise ConsequenceError(f"the declaration of {name} has an error")
             size = None if kind is None else size_of(kind)
             return None if size is None else Constant(size, ELEMENTARY["LINT"])
         pair = conversion(node.function.key)
@@ -484,13 +503,7 @@ class Types:
 
     def _pending(self, key: str) -> Constant | None:
         """Return a global constant that a type needs before the globals are declared."""
-        if self._listed is None:
-            self._listed = {}
-            for declared in self.registry.lists:
-                assert isinstance(declared.node, s.GlobalList)
-                for name, variable in _constants(declared.node.section):
-                    self._listed.setdefault(name, (variable, declared))
-        found = self._listed.get(key)
+        found = self._constants_of_lists().get(key)
         if found is None:
             return None
         if key not in self._pended:
@@ -502,6 +515,16 @@ class Types:
         if isinstance(known, InputError):
             raise known
         return known
+
+    def _constants_of_lists(self) -> dict[str, tuple[s.VarDecl, Declared]]:
+        """Return the constants of all lists of global variables, by upper-case name."""
+        if self._listed is None:
+            self._listed = {}
+            for declared in self.registry.lists:
+                assert isinstance(declared.node, s.GlobalList)
+                for name, variable in _constants(declared.node.section):
+                    self._listed.setdefault(name, (variable, declared))
+        return self._listed
 
     def _declared_constant(self, key: str) -> Constant | None:
         """Return a constant of sections that are not declared yet."""
@@ -610,15 +633,37 @@ class Types:
                 result = {name: value} if kind.union else {**result, name: value}
             return result
         if isinstance(kind, BlockType) and isinstance(node, s.StructInit):
-            return self._block_value(node, kind, where, default)
+            return self._block_value(node, kind, where, default, later)
+        if isinstance(kind, (ArrayType, StructType)) and isinstance(node, (s.Name, s.Field)):
+            found = self._whole_constant(node, kind)
+            if found is not None:
+                where.note("a constant instead of a literal", node.at)
+                return found
         if later is not None and not isinstance(kind, BlockType) and later.takes(node, kind):
             return default
         error = where.error(f"this is not an initial value for a {describe(kind)}", node.at)
         data = isinstance(kind, (ArrayType, StructType)) and later is not None
         if data and isinstance(node, (s.Name, s.Field, s.Index, s.Dereference, s.Call, s.Invoke)):
-            at = {"line": error.line, "column": error.column}
-            raise NotConstantError(error.message, file=error.file, **at)
+            raise NotConstantError(
+                error.message, file=error.file, line=error.line, column=error.column
+            )
         raise error
+
+    def _whole_constant(self, node: s.Name | s.Field, kind: Type) -> Any:
+        """Return the value of a constant array or structure; None for another variable."""
+        key = node.key if isinstance(node, s.Name) else node.name.key
+        symbol = self.local.get(key) if isinstance(node, s.Name) else None
+        if symbol is not None:
+            return deepcopy(symbol.initial) if symbol.constant and symbol.type == kind else None
+        if isinstance(node, s.Field) and not isinstance(node.base, s.Name):
+            return None
+        variable, declared = self._constants_of_lists().get(key, (None, None))
+        if variable is None or declared is None or variable.initial is None:
+            return None
+        found, default = self.resolve(variable.spec, declared)
+        if found != kind:
+            return None
+        return self.initial_value(variable.initial, kind, declared, default)
 
     def _plain_value(self, kind: Type) -> Any:
         """Return the initial value of a type."""
@@ -629,7 +674,12 @@ class Types:
         return self.initial[kind.name.upper()]
 
     def _block_value(
-        self, node: s.StructInit, kind: BlockType, where: Declared, default: Any
+        self,
+        node: s.StructInit,
+        kind: BlockType,
+        where: Declared,
+        default: Any,
+        later: Later | None = None,
     ) -> dict[str, Any]:
         where.note("an initial value of a block", node.at)
         pou = self.pous.get(kind.name.upper())
@@ -640,7 +690,8 @@ class Types:
             if pin is None or pin.section not in ("VAR", "VAR_INPUT", "VAR_OUTPUT"):
                 raise where.error(f"{kind.name} has no input {field.text}", field.at)
             start = pou.symbols[field.key].initial if pou is not None else None
-            result[pin.name] = self.initial_value(item, pin.type, where, start)
+            inner = later and later.member(field)
+            result[pin.name] = self.initial_value(item, pin.type, where, start, inner)
         return result
 
     def _items(

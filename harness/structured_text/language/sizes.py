@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from structured_text.language.scalars import ANY_STRING, WIDTH, string_length
 from structured_text.language.types import (
     ArrayType,
+    BlockType,
     ElementaryType,
     EnumType,
+    InterfaceType,
     ReferenceType,
     StructType,
     Type,
 )
 from structured_text.language.values import array_length
 
-__all__ = ["bits_of", "places_of", "size_of"]
+__all__ = ["bits_of", "block_size", "places_of", "size_of"]
 
 _SIZES = {
     **{name: bits // 8 for name, bits in WIDTH.items()},
@@ -35,6 +39,36 @@ def size_of(kind: Type) -> int | None:
     """
     found = _layout(kind)
     return None if found is None else found[0]
+
+
+def block_size(kind: Type) -> int | None:
+    """Return the bytes of a block, or of a variable with blocks inside.
+
+    Each tool lays out blocks in its own way. This is the way of a structure that begins with a
+    pointer to the methods and continues with the variables, those of the base block first. A
+    VAR_IN_OUT is a pointer. The result is None if a part has no size.
+    """
+    found = _layout(_as_structure(kind))
+    return None if found is None else found[0]
+
+
+def _as_structure(kind: Type) -> Type:
+    """Return a type with a structure in place of each block."""
+    if isinstance(kind, InterfaceType):
+        return ReferenceType("POINTER", None)
+    if isinstance(kind, ArrayType):
+        return replace(kind, element=_as_structure(kind.element))
+    if isinstance(kind, StructType):
+        fields = tuple((name, _as_structure(field)) for name, field in kind.fields)
+        return replace(kind, fields=fields)
+    if not isinstance(kind, BlockType):
+        return kind
+    pointer = ReferenceType("POINTER", None)
+    held = [
+        pointer if one.section in ("VAR_IN_OUT", "VAR_EXTERNAL") else _as_structure(one.type)
+        for one in kind.variables
+    ]
+    return StructType(kind.name, tuple((str(at), one) for at, one in enumerate((pointer, *held))))
 
 
 def _layout(kind: Type) -> tuple[int, int] | None:

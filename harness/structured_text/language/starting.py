@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
@@ -13,7 +13,7 @@ from structured_text.language.methods import NOTHING
 from structured_text.language.objects import INIT
 from structured_text.language.types import BlockType, InterfaceType, ReferenceType, Type
 
-__all__ = ["Start", "start_calls", "start_of", "starting"]
+__all__ = ["Start", "instance_sections", "start_calls", "start_of", "starting"]
 
 _NO_EXPRESSION = (s.ArrayInit, s.StructInit, s.Sequence)
 
@@ -55,8 +55,36 @@ def _one(
         assert initial is not None
         assert not isinstance(initial, _NO_EXPRESSION)
         yield s.Assign(name, initial, name.at)
-    elif isinstance(variable.spec, s.NamedSpec) and variable.spec.arguments:
+    elif _has_arguments(variable) and section.kind != "VAR_INST":
+        assert isinstance(variable.spec, s.NamedSpec)
         yield Start(name, variable.spec.arguments, variable.spec.at)
+
+
+def _has_arguments(variable: s.VarDecl) -> bool:
+    return isinstance(variable.spec, s.NamedSpec) and bool(variable.spec.arguments)
+
+
+def instance_sections(node: s.Pou) -> Iterator[s.Section]:
+    """Yield the VAR_INST of methods whose blocks get arguments, as variables of their block.
+
+    Such a block is part of each instance, and starts with it.
+    """
+    for member in node.members:
+        accessors = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)
+        for method in accessors:
+            for section in method.sections if method is not None else ():
+                if section.kind != "VAR_INST":
+                    continue
+                variables = tuple(
+                    replace(one, names=tuple(_qualified(method.name, name) for name in one.names))
+                    for one in section.variables
+                    if _has_arguments(one)
+                )
+                yield replace(section, kind="VAR", variables=variables)
+
+
+def _qualified(method: s.Name, name: s.Name) -> s.Name:
+    return s.Name(f"{method.text}.{name.text}", name.at)
 
 
 def start_calls(node: Start, expressions: Checking) -> list[t.Evaluate]:

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from structured_text.errors import InputError
 from structured_text.language.source import Line
 from structured_text.projects.model import (
     Foreign,
+    Library,
     Lines,
     Piece,
     Project,
@@ -80,7 +82,18 @@ def read_plcopen(root: Element, file: Path, device: str = "") -> Project:
         found = found.plus(configuration(tasks))
     if not found.units:
         raise InputError("has no POU and no type", file=file)
-    return found
+    return replace(found, libraries=tuple(_libraries(root, file)))
+
+
+def _libraries(root: Element, file: Path) -> Iterator[Library]:
+    """Yield the libraries that CODESYS adds to an application, without system libraries."""
+    for one in root.below("Libraries"):
+        for library in one.all("Library"):
+            title = library.get("DefaultResolution") or library.get("Name")
+            name = title.split(",")[0].strip().removeprefix("#")
+            space = library.get("Namespace") or name
+            if name and library.get("SystemLibrary").lower() != "true" and name != "Standard":
+                yield Library(name, space, file, library.at, noted=False)
 
 
 def written_by(root: Element) -> str:
@@ -203,10 +216,19 @@ class _Reader:
         qualifiers = "".join(
             word for name, word in _QUALIFIERS.items() if element.get(name) in ("true", "1")
         )
-        yield from made(element.at, f"{indent}{SECTIONS[element.name]}{qualifiers}")
-        for variable in element.all("variable"):
-            yield from self._variable(variable, f"{indent}  ")
-        yield from made(element.end, f"{indent}END_VAR")
+        by_place = [one for one in element.all("variable") if _is_by_place(one)]
+        for word, variables in (
+            (
+                SECTIONS[element.name],
+                [one for one in element.all("variable") if one not in by_place],
+            ),
+            ("VAR_IN_OUT", by_place),
+        ):
+            if variables or word != "VAR_IN_OUT" or element.name == "inOutVars":
+                yield from made(element.at, f"{indent}{word}{qualifiers}")
+                for variable in variables:
+                    yield from self._variable(variable, f"{indent}  ")
+                yield from made(element.end, f"{indent}END_VAR")
 
     def _variable(self, element: Element, indent: str) -> Lines:
         address = f" AT {element.get('address')}" if element.get("address") else ""
@@ -355,6 +377,13 @@ class _Reader:
 def _unnamed(element: Element) -> list[Element]:
     """Return the global variables of a configuration or resource, without named lists."""
     return [one for one in element.all("globalVars") if not one.get("name")]
+
+
+def _is_by_place(variable: Element) -> bool:
+    """Return whether CODESYS has written a VAR_IN_OUT of open length as an input."""
+    found = variable.all("addData", "data", "Attributes", "Attribute")
+    scope = "variable_length_array_original_scope"
+    return any(one.get("Name") == scope and one.get("Value") == "Inout" for one in found)
 
 
 def _start_arguments(variable: Element) -> str:

@@ -74,6 +74,11 @@ ROWS = [
     Row("an initial value without brackets", "L : ARRAY [1..4] OF INT := 1, 2(5), 3;", "",
         {"L": [1, 5, 5, 3]}),
     Row("the assignment of a block", "C : CTU; D : CTU := (PV := 12);", "C := D;", {"C.PV": 12}),
+    Row("the name of a POU as a text", "S : STRING := __POUNAME();", "", {"S": "P1"}),
+    Row("the size of a block", "E : FB1; U : UDINT;", "U := SIZEOF(E);", {"U": 12},
+        "FUNCTION_BLOCK FB1 VAR_INPUT A : INT; B : DINT; END_VAR ; END_FUNCTION_BLOCK"),
+    Row("a CASE of texts", "S : STRING := 'b'; I : INT;",
+        "CASE S OF 'a': I := 1; 'b': I := 2; END_CASE;", {"I": 2}),
     Row("VAR_STAT", "A : FB1; B : FB1; I : INT;", "A(); B(); I := B.N;", {"I": 2},
         "FUNCTION_BLOCK FB1 VAR_STAT K : INT; END_VAR VAR_OUTPUT N : INT; END_VAR"
         " K := K + 1; N := K; END_FUNCTION_BLOCK"),
@@ -271,7 +276,8 @@ def test_an_export_names_what_it_leaves_out(target: str, written: Callable[[Row]
 
 
 #: Constructs that only the checker sees; the lint looks at one file's syntax.
-_OF_TYPES = {"a variable called as something else", "an array of blocks", "a block in a structure",
+_OF_TYPES = {"the size of a block", "a variable called as something else", "an array of blocks",
+             "a block in a structure",
              "an initial value of a block", "the assignment of a block",
              "a global without VAR_EXTERNAL", "an incomplete address", "a located array",
              "a located structure", "a section in another place", "a function without VAR_INPUT",

@@ -137,7 +137,7 @@ def test_an_input_of_any_type_gives_pointer_size_and_class(
         ("N := F_Clear(W);", "ANY_INT does not take a WORD"),
         ("N := F.Size(X);", "ANY_STRING does not take a INT"),
         ("N := F_Class(F);", "ANY does not take a FB1"),
-        ("N := F_Class();", "F_Class takes 1 arguments, not 0"),
+        ("N := F_Class();", "the input A of F_Class is missing"),
         ("N := F_Class(Q);", "Q is not declared"),
     ],
 )
@@ -175,8 +175,6 @@ def test_any_elsewhere_is_refused(mistakes_of: Mistakes, place: str) -> None:
          {"B": False, "M": 1}),
         ("Base := One; First ?= Base; N := First.D();", {"N": 11}),
         ("First := One; Base := Two; First ?= Base; B := First = 0;", {"B": True}),
-        ("Base := Three; Z ?= Base; N := Z^.D(); Base := Two; Z ?= Base; B := Z = NULL;",
-         {"N": 33, "B": True}),
         ("B := __QUERYPOINTER(One, Row[2]); N := Row[2]^.N;", {"B": True, "N": 7}),
     ],
 )  # fmt: skip
@@ -200,8 +198,6 @@ def test_a_query_gives_the_interface_or_pointer_of_the_same_block(
         ("B := __QUERYINTERFACE(Base, Alone);", "__QUERYINTERFACE cannot ask for I_Alone"),
         ("B := __QUERYINTERFACE(Alone, Base);", "__QUERYINTERFACE cannot ask for I_Alone"),
         ("B := __QUERYPOINTER(Base, P);", "__QUERYPOINTER needs a POINTER TO a function block"),
-        ("N ?= Base;", "?= needs a variable of an interface, not a INT"),
-        ("Base ?= N;", "?= needs an interface or block, not a INT"),
         ("N := __QUERYPOINTER(Base, Q);", "a INT is expected here"),
     ],
 )

@@ -235,7 +235,7 @@ def _characters(node: t.Standard, source: str, target: str, argument: str) -> Va
 def _to_moment(source: str, target: str, argument: str, rules: Dialect) -> str:
     if source in MOMENTS:
         pair = source.removeprefix("L"), target.removeprefix("L")
-        if pair == ("DT", "DATE"):
+        if pair in (("DT", "DATE"), ("TIME", "DATE")):
             return f"day_of({argument})"
         return f"time_of({argument})" if pair in (("DT", "TOD"), ("TIME", "TOD")) else argument
     code = f"int({argument})" if source == "BOOL" else argument
