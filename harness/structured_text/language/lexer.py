@@ -98,16 +98,16 @@ _UNSUPPORTED = {
 }
 #: Tokens before a name that is declared or used: such a word is the name.
 _BEFORE_NAMES = frozenset(
-    ("DOT", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD", "PROPERTY", "PROGRAM", "CLASS")
+    (
+        *("DOT", "WORD", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD", "PROPERTY"),
+        *("PROGRAM", "CLASS"),
+    )
 )
 #: Text behind such a word if it is the keyword and not a variable of that name.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 
 _GIVEN = re.compile(r"\s*(?::=|=>)")
 _DECIMAL = re.compile(r"(?:^|#[-+]?)10#")
-#: Tokens before a name: no word behind them begins an unsupported construct.
-_BEFORE_NAMES = ("DOT", "WORD", "CLASS", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD")
-
 #: A token with the white space before it.
 _PATTERN = re.compile(
     r"""\s*(?:
