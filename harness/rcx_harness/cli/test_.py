@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.sources import source_files
-from rcx_harness.cli.options import Lib, Replace, Sources, replacements, with_options
+from rcx_harness.cli.options import Dialect, Lib, Replace, Sources, replacements, with_options
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.testing.suites import FRAMEWORK
 from structured_text.coverage.output import check_fail_under, check_folder, conclude
@@ -48,6 +48,7 @@ class Options:
     ] = None
     lib: Lib = None
     replace: Replace = None
+    dialect: Dialect = None
     coverage: Annotated[
         bool, typer.Option("--coverage", help="Count which statements and branches run, and MC/DC.")
     ] = False
