@@ -309,10 +309,12 @@ class References:
         """Type `__DELETE(pointer)`, or raise InputError."""
         self._scope.note("__NEW or __DELETE", node.at)
         value = node.arguments[0].value if len(node.arguments) == 1 else None
+        self._scope.pou.clock = True
+        if isinstance(value, s.This) and value.pointer and not value.above:
+            return t.Delete(_to(self._all.variable(value), "POINTER"), ElementaryType(""))
         found = self._all.writable(value) if isinstance(value, PLACES) else None
         if found is None or not isinstance(found.type, ReferenceType):
             raise self._scope.error("__DELETE needs a variable that is a pointer", node.at)
-        self._scope.pou.clock = True
         return t.Delete(found, ElementaryType(""))
 
     def query(self, node: s.Call) -> t.Query:

@@ -35,7 +35,7 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.sizes import size_of
 from structured_text.language.standard import BLOCKS, UNSUPPORTED, conversion, reserved
-from structured_text.language.system import ANY_TYPE, GROUPS, system_declaration
+from structured_text.language.system import ANY_TYPE, GROUPS, QUERY, system_declaration
 from structured_text.language.tree import Constant, Pou, Symbol
 from structured_text.language.types import (
     ArrayType,
@@ -125,7 +125,7 @@ class Types:
         """Return the type of the sources with this upper-case name; None without one."""
         declared = self.registry.types.get(key)
         if declared is None and key not in self.registry.pous:
-            declared = system_declaration(key)
+            declared = system_declaration(key) if key != QUERY else None
         if key not in self.types and declared is not None:
             assert isinstance(declared.node, s.TypeDecl)
             self.add_type(declared.node, declared)
@@ -314,6 +314,8 @@ class Types:
         name = spec.name.text[-len(key) :]
         if key in self.registry.interfaces:
             return InterfaceType(self.registry.interfaces[key].node.name.text), None
+        if key == QUERY and key not in self.registry.types and key not in self.registry.pous:
+            return InterfaceType("IQueryInterface"), None
         if spec.length is not None:
             return self._sized(spec, where)
         found = self.type_named(key)

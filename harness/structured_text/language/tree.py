@@ -317,9 +317,9 @@ class New:
 
 @dataclass(frozen=True)
 class Delete:
-    """The end of a variable made by `New`; the pointer becomes 0."""
+    """The end of a variable made by `New`; the pointer becomes 0, unless it is THIS."""
 
-    pointer: Variable
+    pointer: Variable | Address
     type: Type
 
 

@@ -71,6 +71,7 @@ FUNCTION_BLOCK FBD
   METHOD FB_exit : BOOL VAR_INPUT C : BOOL; END_VAR __DELETE(Data); Exits := Exits * 10 + 1;
     END_METHOD
   METHOD Inc : INT B := B + 1; Inc := B; END_METHOD
+  METHOD Leave __DELETE(THIS); END_METHOD
   B := A + Data^.A; END_FUNCTION_BLOCK
 FUNCTION_BLOCK FBE EXTENDS FBD
   METHOD FB_exit : BOOL VAR_INPUT C : BOOL; END_VAR Exits := Exits * 10 + 2; END_METHOD
@@ -136,7 +137,7 @@ def test_an_input_of_any_type_gives_pointer_size_and_class(
         ("N := F_Clear(W);", "ANY_INT does not take a WORD"),
         ("N := F.Size(X);", "ANY_STRING does not take a INT"),
         ("N := F_Class(F);", "ANY does not take a FB1"),
-        ("N := F_Class();", "F_Class takes 1 arguments, not 0"),
+        ("N := F_Class();", "the input A of F_Class is missing"),
         ("N := F_Class(Q);", "Q is not declared"),
     ],
 )
@@ -172,6 +173,8 @@ def test_any_elsewhere_is_refused(mistakes_of: Mistakes, place: str) -> None:
         ("Base := Three; B := __QUERYPOINTER(Base, P); N := P^.D();", {"B": True, "N": 33}),
         ("P := ADR(One); Base := Two; B := __QUERYPOINTER(Base, P); M := BOOL_TO_INT(P = 0);",
          {"B": False, "M": 1}),
+        ("Base := One; First ?= Base; N := First.D();", {"N": 11}),
+        ("First := One; Base := Two; First ?= Base; B := First = 0;", {"B": True}),
         ("B := __QUERYPOINTER(One, Row[2]); N := Row[2]^.N;", {"B": True, "N": 7}),
     ],
 )  # fmt: skip
@@ -181,7 +184,7 @@ def test_a_query_gives_the_interface_or_pointer_of_the_same_block(
     """CODESYS help, "Operator '__QUERYINTERFACE'", its example, and "Operator '__QUERYPOINTER'"."""
     variables = """ One : F1; Two : F2; Three : F3; Base : I_Base; First : I_1; Second : I_2;
       B : BOOL; N, M : INT; P : POINTER TO F1; Many : ARRAY [0..1] OF F1;
-      Row : ARRAY [1..2] OF POINTER TO F1; """
+      Row : ARRAY [1..2] OF POINTER TO F1; Z : REF_TO F1; """
     _values(build, _program(_QUERIES, variables, body), expected)
 
 
@@ -212,6 +215,7 @@ def test_a_wrong_query_is_refused(mistakes_of: Mistakes, body: str, message: str
         ("D := __NEW(FBD); D^(A := 3, B => N); I := D^.Inc();", {"N": 7, "I": 8}),
         ("D := __NEW(FBD); __DELETE(D); IF D = 0 THEN N := 1; END_IF;", {"N": 1, "Exits": 1}),
         ("D := __NEW(FBE); N := D^.Inc(); E := __NEW(FBE); __DELETE(E);", {"N": 1, "Exits": 21}),
+        ("D := __NEW(FBD); D^.Leave(); N := 1;", {"N": 1, "Exits": 1}),
         ("__DELETE(D); N := 1;", {"N": 1, "Exits": 0}),
         ("N := F_Sum(5); I := F_Sum(1);", {"N": 10, "I": 0}),
         ("A := __NEW(FBA(K := 21)); N := A^.Get(); A := __NEW(FBA(4)); I := A^.Get();",
@@ -233,6 +237,12 @@ def test_new_makes_started_variables_and_delete_ends_them(
 ) -> None:
     """CODESYS help, "Operator '__NEW'" and "Operator '__DELETE'"."""
     _values(build, _program(_NEW, _N_VARS, body), expected)
+
+
+def test_the_plain_interface_of_the_tool_is_a_type(build: Build) -> None:
+    _values(
+        build, _program("", "I : __SYSTEM.IQueryInterface; B : BOOL;", "B := I = 0;"), {"B": True}
+    )
 
 
 def test_a_snapshot_has_the_variables_that_new_has_made(build: Build) -> None:

@@ -132,11 +132,7 @@ class Pointing:
             held = f"[{created}]" if in_list else created
             return f"heap_new(g, {held}, {self._number(node.made)})"
         if isinstance(node, t.Delete):
-            before: list[str] = []
-            place = self._place(node.pointer, before)
-            gone = f"heap_delete(g, {_read(place)})"
-            parts = [*before, gone, self._write(place, node.pointer, "null")]
-            return f"({', '.join(parts)})[-1]"
+            return self._delete(node.pointer)
         assert isinstance(node, t.Same)
         left, right = self._code.exact(node.left), self._code.exact(node.right)
         if isinstance(node.left.type, InterfaceType) or "null" in (left, right):
@@ -160,6 +156,15 @@ class Pointing:
         if self._code.is_local(node.symbol):
             return "True"
         return f"(s.{slot_name(node.symbol.name)} is not uncalled)"
+
+    def _delete(self, pointer: t.Variable | t.Address) -> str:
+        """Return code that ends a variable made by `__NEW`, and sets the pointer to 0."""
+        if isinstance(pointer, t.Address):
+            return f"heap_delete(g, {self._code.exact(pointer)})"
+        before: list[str] = []
+        place = self._place(pointer, before)
+        gone = f"heap_delete(g, {_read(place)})"
+        return f"({', '.join([*before, gone, self._write(place, pointer, 'null')])})[-1]"
 
     def _query(self, node: t.Query) -> str:
         """Return code that asks for another interface of a block, and stores the answer."""

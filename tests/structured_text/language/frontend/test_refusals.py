@@ -94,7 +94,6 @@ _STATEMENTS = [
     ("Step1(Data := P);", "Step1 is a type of block"),
     ("TON(IN := TRUE);", "TON is a type of block"),
     ("I(3);", "a INT cannot be called"),
-    ("I := Twice();", "Twice takes 1 arguments, not 0"),
     ("I := Twice(1, 2);", "Twice takes 1 arguments, not 2"),
     ("I := Twice(Other := 1);", "Twice has no input OTHER"),
     ("I := Twice(D);", "a INT is expected here, not a DINT"),
