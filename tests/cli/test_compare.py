@@ -150,7 +150,7 @@ def test_events_explain_a_persons_actions(tmp_path: Path, capsys: Captured) -> N
     events.write_text('[[at]]\ntime = "200ms"\nrobot = "manual_mode"\n', encoding="utf-8")
     assert main(["compare", str(path), "--events", str(events)]) == 0
     for wrong, message in (
-        ('set = { "Main.Go" = true }', "sets more than events; only time and robot"),
+        ('set = { "Main.Go" = true }', "sets more than events; use time and robot"),
         ('robot = "link_down"', "'link_down' is not an event of a robot"),
     ):
         events.write_text(f'[[at]]\ntime = "200ms"\n{wrong}\n', encoding="utf-8")
@@ -165,7 +165,7 @@ def test_bad_input_is_one_line(trace: Path, tmp_path: Path, capsys: Captured) ->
     empty.write_text('{"format":"rcx-trace/1","by":"rcx scan"}\n', encoding="utf-8")
     for arguments, message in (
         ([str(tmp_path / "none.pcap")], "cannot be read"),
-        ([str(empty)], "nothing in it says what the PLC sent"),
+        ([str(empty)], "the recording contains neither the PLC's nor the controller's data"),
         ([str(trace), "--robot", str(robot)], "the recording has areas of 48 bytes, not 256"),
         ([str(trace), "--controller", "here"], "--controller 'here' is not an IPv4 address"),
         ([str(trace), "--tolerance", "-1ms"], "--tolerance: '-1ms' is not a duration"),

@@ -237,7 +237,7 @@ def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["plc"], "no command for the tests is given; rcx mutants plc -- pytest"),
+        (["plc"], "no command for the tests is given; write rcx mutants plc -- pytest"),
         (["plc", "--fail-under", "all", "--", "pytest"], "--fail-under is all"),
         (["plc", "--minutes", "-1", "--", "pytest"], "--minutes is -1"),
         (["plc", "--json", "pytest.ini", "--", "pytest"], "was not written by this command"),
@@ -261,7 +261,7 @@ def test_bad_input_ends_with_2(
 def test_a_row_of_reasons_must_be_whole(project: Path, capsys: Captured) -> None:
     Path("mutants.toml").write_text('[[survivor]]\nblock = "Lamp"\n', encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
-    assert "[[survivor]] 1 is not whole; it needs block, line" in capsys.readouterr().err
+    assert "[[survivor]] 1 is not whole; write block, line" in capsys.readouterr().err
 
 
 _ASKS = """PROGRAM Asks

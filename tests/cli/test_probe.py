@@ -137,7 +137,10 @@ def test_a_refuted_rule_is_exit_code_1(
         (["h", "--risk", "4"], "--risk 4 is not a risk"),
         (["h", "--risk", "2", "--yes-reading"], "--yes-reading is for --risk 1 only"),
         (["h", "--only", "nothing"], "no question is called 'nothing'"),
-        (["h", "--only", "interval"], "interval can do more than --risk 1 allows; --risk 2"),
+        (
+            ["h", "--only", "interval"],
+            "interval can do more than --risk 1 allows; allow it with --risk 2",
+        ),
         (["h", "--date", "today"], "--date 'today' is not a date; write 2030-12-31"),
         (["h", "--size", "50"], "an area of 50 bytes does not exist"),
         (["h"], "each step must be confirmed at a terminal, and there is none; use --yes-reading"),

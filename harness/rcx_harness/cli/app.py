@@ -108,6 +108,7 @@ _HOMES = {
 #: names of their parameters. The common options come first.
 _MOST_OPTIONS = 15
 OPTION_PANELS = {
+    "Projects of PLC tools": "replace dialect device",
     "Network and clocks": "link size m n rpi jitter timeout phases on_loss",
     "Real time and other controllers": (
         "realtime panel connect yes input_instance output_instance input_size output_size "

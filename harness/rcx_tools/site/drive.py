@@ -30,6 +30,8 @@ _MOST_RULES = 20
 #: Watched variables, with the pins of blocks; empty if the program is not Main.
 _WATCH = (("Main.*", "Main.*.*"), ("Main.*",), ())
 _POSITIONS = "mm"
+#: Suffix of robot programs, which a robot file names.
+_OF_ROBOTS = ".PGM"
 
 
 class Runner:
@@ -47,10 +49,10 @@ class Runner:
         """Run a job.
 
         Args:
-            job: JSON: `name`; `files`, the texts of the ST files by name; `robots`, texts of robot
-                files; `stimulus`, a list of [time in us, the other keys of the moment as TOML];
-                `scan`, `rpi` and `for`, times as users write them; `size`, `m` and `n` as at
-                `Cell.build`, null for their defaults.
+            job: JSON: `name`; `files`, the texts of ST files and robot programs by name; `robots`,
+                texts of robot files; `stimulus`, a list of [time in us, the other keys of the
+                moment as TOML]; `scan`, `rpi` and `for`, times as users write them; `size`, `m`
+                and `n` as at `Cell.build`, null for their defaults.
             tell: Called with the completed share of the run.
 
         Returns:
@@ -90,9 +92,10 @@ class Runner:
         """Write the files of a job to an empty folder; return the ST files and the robot files."""
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder.mkdir(parents=True)
-        programs = [self._folder / name for name in sorted(job["files"])]
-        for file in programs:
+        files = [self._folder / name for name in sorted(job["files"])]
+        for file in files:
             file.write_text(job["files"][file.name], encoding="utf-8")
+        programs = [file for file in files if file.suffix.upper() != _OF_ROBOTS]
         robots = [self._folder / f"robot{number}.toml" for number, _ in enumerate(job["robots"], 1)]
         for file, text in zip(robots, job["robots"], strict=True):
             file.write_text(text, encoding="utf-8")

@@ -72,7 +72,8 @@ def block_jobs() -> dict[str, dict[str, Any]]:
 
 
 def _example(one: Example) -> dict[str, Any]:
-    files = {file.name: _text(file) for file in sorted(one.folder.glob("*.st"))}
+    sources = sorted([*one.folder.glob("*.st"), *one.folder.glob("*.PGM")])
+    files = {file.name: _text(file) for file in sources}
     tick = _TICK.search("".join(files.values()))
     options = one.options
     job: dict[str, Any] = {

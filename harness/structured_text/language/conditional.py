@@ -162,9 +162,9 @@ class _Reader:
             self._expect(")")
             return found is not None
         self._expect(",")
-        value = self._next().strip("'")
+        wanted = self._next().strip("'")
         self._expect(")")
-        return found == value
+        return found == wanted
 
     def _takes(self, word: str) -> bool:
         if self.tokens and self.tokens[0].upper() == word:

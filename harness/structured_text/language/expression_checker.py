@@ -125,12 +125,22 @@ class ExpressionChecker:
         if isinstance(node, (s.Call, s.Invoke)):
             hint = "call it in a statement before"
             raise self.scope.error("a call cannot stand here", node.at, hint)
+        if isinstance(node, s.Field) and self._is_broken_global(node):
+            raise ConsequenceError(f"{node.name.text} is not declared")
         base = self.base(node.base)
         if isinstance(node, s.Field):
             return self._member(base, node)
         if isinstance(base.type, ReferenceType):
             return self.references.element(base, node)
         return self._element(base, node)
+
+    def _is_broken_global(self, node: s.Field) -> bool:
+        """Return whether it is a variable of a list, and its declaration has an error."""
+        if not isinstance(node.base, s.Name) or self.is_variable(node.base):
+            return False
+        if node.name.key not in self.scope.declarations.broken:
+            return False
+        return any(one.node.name.key == node.base.key for one in self.scope.registry.lists)
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
         """Type the base of a member, element or method: a variable or a call's result."""
@@ -198,9 +208,10 @@ class ExpressionChecker:
 
     def _listed(self, node: s.Field) -> t.Use | None:
         """Return a global variable that is written with its list; None otherwise."""
-        if not isinstance(node.base, s.Name) or self.scope.symbol(node.base.key) is not None:
+        base = self.methods.bare(node.base)
+        if not isinstance(base, s.Name) or self.scope.symbol(base.key) is not None:
             return None
-        symbol = self.scope.listed(node.base.key, node.name.key, node.at)
+        symbol = self.scope.listed(base.key, node.name.key, node.at)
         return None if symbol is None else t.Use(symbol, symbol.type)
 
     def member_of(self, node: s.Expression) -> t.Constant | None:
@@ -208,15 +219,15 @@ class ExpressionChecker:
 
         Raise InputError if the enumeration has no such member.
         """
-        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
-            plain = self.methods.bare(node.base)
-            node = s.Field(plain, node.name, node.at)
-        if not isinstance(node, s.Field) or not isinstance(node.base, s.Name):
+        if not isinstance(node, s.Field) or not isinstance(node.base, (s.Name, s.Field)):
             return None
-        kind = self.scope.declarations.type_named(node.base.key)
+        base = self.methods.bare(node.base)
+        if not isinstance(base, s.Name):
+            return None
+        kind = self.scope.declarations.type_named(base.key)
         if not isinstance(kind, EnumType):
             return None
-        symbol = self.scope.symbol(node.base.key)
+        symbol = self.scope.symbol(base.key)
         if symbol is not None and isinstance(symbol.type, (StructType, BlockType)):
             return None
         self.scope.note("a member with the name of its enumeration", node.at)

@@ -1,4 +1,4 @@
-"""Function blocks with generic constants: `VAR_GENERIC CONSTANT`, and `FB_Buffer<6>` as a type.
+"""Function blocks with generic constants: `VAR_GENERIC CONSTANT`, and `Buffer<6>` as a type.
 
 Each list of values gives a block of its own, in which the constants have these values.
 """

@@ -105,6 +105,9 @@ _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uff
 
 _GIVEN = re.compile(r"\s*(?::=|=>)")
 _DECIMAL = re.compile(r"(?:^|#[-+]?)10#")
+#: Tokens before a name: no word behind them begins an unsupported construct.
+_BEFORE_NAMES = ("DOT", "WORD", "CLASS", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD")
+
 #: A token with the white space before it.
 _PATTERN = re.compile(
     r"""\s*(?:
@@ -341,11 +344,8 @@ class _Lexer:
 
     def _name(self, value: str, word: str, offset: int, behind: int) -> str:
         """Return the kind of an identifier: LABEL at the beginning of a CASE label, else IDENT."""
-        if (
-            word in _UNSUPPORTED
-            and self._previous not in _BEFORE_NAMES
-            and _MEANT.match(self._text, behind)
-        ):
+        named = self._previous in _BEFORE_NAMES
+        if word in _UNSUPPORTED and not named and _MEANT.match(self._text, behind):
             self._refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset)
         elif word in ("R_EDGE", "F_EDGE") and self._previous == "IDENT":
             self._refuse(f"{word} is not supported (edge qualifiers)", offset, "use an R_TRIG")

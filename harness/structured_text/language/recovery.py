@@ -72,6 +72,12 @@ _DECLARATION_ENDS = frozenset(f"END_{word}" for word in _DECLARATIONS)
 _SECTIONS = frozenset(word for word in KEYWORDS if word.startswith("VAR"))
 _STATEMENTS = frozenset(("IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN"))
 _PART_ENDS = ("END_METHOD", "END_ACTION", "END_PROPERTY", "END_GET", "END_SET")
+#: Declarations with an END that a source of several POUs must have.
+_WITH_END = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "TYPE")
+#: Words that end a condition or the head of a statement.
+_HEAD_ENDS = ("THEN", "DO", "OF")
+#: Operators of C: the last two signs, and what to write in Structured Text.
+_OF_C = {"==": "= to compare", "&&": "AND"}
 _POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
 
 
@@ -114,7 +120,10 @@ class _Run:
                     if at > len(found):
                         return [], self._errors
                     continue
-                if (behind := self._closed(at)) >= 0:
+                behind = self._inserted(at)
+                if behind < 0:
+                    behind = self._closed(at)
+                if behind >= 0:
                     at = behind
                     continue
                 failed = at
@@ -136,6 +145,28 @@ class _Run:
             if word in accepted:
                 self._state.feed_token(Token.new_borrow_pos(word, "", self._end))
                 return
+
+    def _inserted(self, at: int) -> int:
+        """Report = in place of :=, or a missing THEN, DO or OF, and continue as if it were right.
+
+        Returns:
+            The index of the token that comes next; -1 if the mistake is another one.
+        """
+        if not 0 < at < len(self._found):
+            return -1
+        token, before = self._found[at], self._found[at - 1]
+        accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
+        if token == "=" and "ASSIGN" in accepted:
+            self._errors.append(self._error("= compares, and does not assign", token, "write :="))
+            self._state.feed_token(Token.new_borrow_pos("ASSIGN", ":=", token))
+            return at + 1
+        word = next((word for word in _HEAD_ENDS if word in accepted), "")
+        if not word or token.line == before.line:
+            return -1
+        hint = f"write it after {str(before)!r}"
+        self._errors.append(self._error(f"{word} is missing", before, hint, after=True))
+        self._state.feed_token(Token.new_borrow_pos(word, word, token))
+        return at
 
     # --- groups without an end ---
 
@@ -160,7 +191,33 @@ class _Run:
                 return at + 1
             if word != "END_VAR" and "SEMICOLON" in self._parser.accepts():  # type: ignore[no-untyped-call]
                 self._state.feed_token(self._semicolon(token))
-        return behind
+        return behind if behind >= 0 else self._ended_pou(token, at)
+
+    def _ended_pou(self, token: Token, at: int) -> int:
+        """Report and end a POU or TYPE with another END, or with none before the next one.
+
+        Returns:
+            The index of the token that comes next; -1 if the mistake is another one.
+        """
+        begins = token.type in _DECLARATIONS and (
+            at == 0 or at >= len(self._found) or self._found[at - 1].line != token.line
+        )
+        if not begins and token.type not in _DECLARATION_ENDS:
+            return -1
+        accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
+        word = next((one for one in _WITH_END if f"END_{one}" in accepted), "")
+        first = next((one for one in self._found[at - 1 :: -1] if one.type == word), None)
+        if not word or first is None:
+            return -1
+        if begins:
+            text = f"the {word} of this line has no END_{word}"
+            hint = f"write END_{word} before the {token} of line {token.line}"
+            self._errors.append(self._error(text, first, hint))
+        else:
+            text = f"{token} does not end the {word} of line {first.line}"
+            self._errors.append(self._error(text, token, f"write END_{word}"))
+        self._state.feed_token(Token.new_borrow_pos(f"END_{word}", "", token))
+        return at if begins else at + 1
 
     def _opened(self) -> list[Token]:
         """Return the words of the open groups of statements, the innermost last."""
@@ -172,7 +229,7 @@ class _Run:
         accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
         if "END_VAR" in accepted:
             starts = token.type in _STATEMENTS or token.type in _SECTIONS
-            if not (starts or self._ends_pou(token)):
+            if not (starts or self._ends_pou(token, at)):
                 return None
             return next((one for one in self._found[at - 1 :: -1] if one.type in _SECTIONS), None)
         opened = self._opened()
@@ -180,7 +237,7 @@ class _Run:
             return None
         if token.type in _CLOSERS:
             return opened[-1] if token.type != _OPENERS[opened[-1].type] else None
-        return opened[-1] if self._ends_pou(token) else None
+        return opened[-1] if self._ends_pou(token, at) else None
 
     def _is_wrong(self, token: Token) -> bool:
         """Return whether a token ends a group of a kind that is not open."""
@@ -191,8 +248,10 @@ class _Run:
         text = f"{token} does not end the {opener} of line {opener.line}"
         return self._error(text, token, f"write {word}")
 
-    @staticmethod
-    def _ends_pou(token: Token) -> bool:
+    def _ends_pou(self, token: Token, at: int) -> bool:
+        """Return whether a token ends a POU or a part of one, or begins the next POU."""
+        if token.type in _WITH_END and at < len(self._found):
+            return at > 0 and self._found[at - 1].line != token.line
         return token.type in _DECLARATION_ENDS or token.type in ("$END", *_PART_ENDS)
 
     def _no_end(self, opener: Token, word: str, token: Token, at: int) -> InputError:
@@ -320,6 +379,12 @@ class _Run:
             return self._error("Instruction List is not supported", before, hint)
         if token.type == "COLON" and before.type in ("IDENT", "LABEL") and "LPAR" in expected:
             return self._error(LABELS, before, "use IF, or a loop with EXIT")
+        if (hint := _OF_C.get(f"{before}{token}")) is not None:
+            return self._error(f"{before}{token} is an operator of C", before, f"write {hint}")
+        if token.type == "END_REPEAT" and "UNTIL" in expected:
+            return self._error(
+                "REPEAT has no UNTIL", token, "write UNTIL and a condition before it"
+            )
         if token.type in _RESERVED and "IDENT" in expected:
             message = f"{token} is a reserved word and cannot be used here"
             return self._error(message, token, _expectation(expected))

@@ -205,9 +205,12 @@ class Registry:
         return bool(key)
 
     def is_reachable(self, name: s.Name) -> bool:
-        """Return whether a name has no namespace, or one of the sources or of a known library."""
+        """Return whether a name has no namespace, or one of the sources or of a known library.
+
+        A library may have its own libraries: `Library.Inner.Name`.
+        """
         space = name.key.rpartition(".")[0]
-        return not space or space in self.namespaces
+        return not space or space in self.namespaces or space.rpartition(".")[2] in self.namespaces
 
     def check_reachable(self, name: s.Name, where: Declared) -> None:
         """Raise InputError if a name has an unknown namespace."""

@@ -395,12 +395,22 @@ class Types:
 
     # --- constants ---
 
+    def _without_space(self, node: s.Expression) -> s.Expression:
+        """Return a path without the namespace at its beginning."""
+        if not isinstance(node, s.Field):
+            return node
+        if isinstance(node.base, s.Name):
+            key = node.base.key
+            known = key in self.lists or self.type_named(key) is not None
+            return node.name if key in self.registry.namespaces and not known else node
+        base = self._without_space(node.base)
+        if base is node.base or not isinstance(base, s.Name):
+            return node
+        return s.Field(base, node.name, node.at)
+
     def lookup(self, node: s.Expression) -> Constant | None:
         """Return the constant of a name, path or call; None if it is not a constant."""
-        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
-            inner = node.base
-            if isinstance(inner.base, s.Name) and inner.base.key in self.registry.namespaces:
-                node = s.Field(inner.name, node.name, node.at)
+        node = self._without_space(node)
         if isinstance(node, s.Field) and isinstance(node.base, s.Name):
             kind = self.type_named(node.base.key)
             if isinstance(kind, EnumType):
@@ -460,6 +470,9 @@ class Types:
         argument = node.arguments[0].value
         if key in ("SIZEOF", "XSIZEOF"):
             kind = type_of(self, argument)
+            name = argument.key if isinstance(argument, s.Name) else ""
+            if kind is None and name in self.registry.types:
+                raise ConsequenceError(f"the declaration of {name} has an error")
             size = None if kind is None else size_of(kind)
             return None if size is None else Constant(size, ELEMENTARY["LINT"])
         pair = conversion(node.function.key)
@@ -629,8 +642,9 @@ class Types:
         error = where.error(f"this is not an initial value for a {describe(kind)}", node.at)
         data = isinstance(kind, (ArrayType, StructType)) and later is not None
         if data and isinstance(node, (s.Name, s.Field, s.Index, s.Dereference, s.Call, s.Invoke)):
-            at = {"line": error.line, "column": error.column}
-            raise NotConstantError(error.message, file=error.file, **at)
+            raise NotConstantError(
+                error.message, file=error.file, line=error.line, column=error.column
+            )
         raise error
 
     def _whole_constant(self, node: s.Name | s.Field, kind: Type) -> Any:

@@ -51,7 +51,8 @@ def joined(projects: Sequence[Project]) -> Project:
         if rules:
             units = [_with_names(unit, rules, renamed[number]) for unit in units]
         missing = [library for library in one.libraries if not _is_given(library, projects)]
-        notes = [f"{lib.file}:{lib.at}: the library {lib.name} is not read" for lib in missing]
+        noted = [library for library in missing if library.noted]
+        notes = [f"{lib.file}:{lib.at}: the library {lib.name} is not read" for lib in noted]
         left = [*notes, *([_tasks_note(one)] if len(units) < len(one.units) else [])]
         whole = whole.plus(
             replace(one, units=tuple(units), notes=(*one.notes, *left), libraries=tuple(missing))

@@ -26,6 +26,8 @@ _SAID = re.compile(
 )
 #: Names that the tools of the libraries know without a library.
 _BUILT_IN = ("ANY", "BIT", "FAILED", "HRESULT", "PVOID", "SUCCEEDED", "__SYSTEM", "__UXINT")
+#: What a message says instead of the names of many libraries.
+_OTHERS = "libraries that the project refers to"
 #: Number of names that a message lists.
 _LISTED = 8
 
@@ -100,7 +102,9 @@ def _library(name: str, error: InputError, libraries: Sequence[Library]) -> str:
         return ""
     others = [name for key, name in referred.items() if name not in _vendors()]
     every = list(dict.fromkeys(others or referred.values()))
-    return every[0] if len(every) == 1 else " or ".join(every)
+    if len(every) > _LISTED:
+        return f"{len(every)} {_OTHERS}"
+    return " or ".join(every)
 
 
 def _message(library: str, group: Sequence[tuple[str, InputError]]) -> InputError:
@@ -113,10 +117,13 @@ def _message(library: str, group: Sequence[tuple[str, InputError]]) -> InputErro
         names.append(f"{len(counts) - _LISTED} more")
     places = "1 place misses" if len(group) == 1 else f"{len(group):,} places miss"
     first = group[0][1]
-    what = "none of the libraries" if " or " in library else "the library"
-    verb = "is read" if " or " in library else "is not read"
+    text = f"the library {library} is not read"
+    if library.endswith(_OTHERS):
+        text = f"none of the {library} is read"
+    elif " or " in library:
+        text = f"none of the libraries {library} is read"
     return InputError(
-        f"{what} {library} {verb}: {places} {', '.join(names)}",
+        f"{text}: {places} {', '.join(names)}",
         file=first.file,
         line=first.line,
         column=first.column,

@@ -133,12 +133,14 @@ class Library:
         name: Its title, without version and company.
         namespace: The name that stands before its elements in this project.
         at: The line of the reference in the project file.
+        noted: Whether a note says that it is not read. CODESYS refers to many system libraries.
     """
 
     name: str
     namespace: str
     file: Path
     at: int
+    noted: bool = True
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from structured_text.errors import InputError
 from structured_text.language.source import Line
 from structured_text.projects.model import (
     Foreign,
+    Library,
     Lines,
     Piece,
     Project,
@@ -80,7 +82,18 @@ def read_plcopen(root: Element, file: Path, device: str = "") -> Project:
         found = found.plus(configuration(tasks))
     if not found.units:
         raise InputError("has no POU and no type", file=file)
-    return found
+    return replace(found, libraries=tuple(_libraries(root, file)))
+
+
+def _libraries(root: Element, file: Path) -> Iterator[Library]:
+    """Yield the libraries that CODESYS adds to an application, without system libraries."""
+    for one in root.below("Libraries"):
+        for library in one.all("Library"):
+            title = library.get("DefaultResolution") or library.get("Name")
+            name = title.split(",")[0].strip().removeprefix("#")
+            space = library.get("Namespace") or name
+            if name and library.get("SystemLibrary").lower() != "true" and name != "Standard":
+                yield Library(name, space, file, library.at, noted=False)
 
 
 def written_by(root: Element) -> str:

@@ -153,7 +153,7 @@ def test_two_pous_of_one_name_are_told_with_both_places(
         (tmp_path / f"{name}.TcPOU").write_text(text, encoding="utf-8")
     assert main(["check", str(tmp_path)]) == 2
     assert "b.TcPOU:1:" in (said := capsys.readouterr().err)
-    assert "P is declared twice; it is also declared in a.TcPOU, line 1" in said
+    assert "P is declared twice; remove this one or the one in a.TcPOU, line 1" in said
     out = tmp_path / "out"
     assert main(["import", str(tmp_path), "-o", str(out)]) == 2
     assert "P is declared twice" in capsys.readouterr().err

@@ -55,6 +55,15 @@ def test_a_class_has_methods_and_no_body(build: Build) -> None:
     assert _values(build, text, "x y z u") == [5, 6, 9, 4]
 
 
+def test_a_class_or_method_may_be_called_like_a_step(build: Build) -> None:
+    """Words of Sequential Function Chart are names behind CLASS and METHOD."""
+    text = (
+        "CLASS PUBLIC Transition\nMETHOD PUBLIC Step : INT\nStep := 3;\nEND_METHOD\nEND_CLASS\n"
+        "PROGRAM P1\nVAR t : Transition; x : INT; END_VAR\nx := t.Step();\nEND_PROGRAM\n"
+    )
+    assert _values(build, text, "x") == [3]
+
+
 _WRONG = [
     ("a();", "Leaf is a CLASS and has no body"),
     ("x := a.n;", "Base.n is PROTECTED"),

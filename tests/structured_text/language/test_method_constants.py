@@ -82,6 +82,16 @@ def test_constants_of_the_block_are_defaults_and_initial_values(
     assert [program.read(f"Main.{name}") for name in ("x", "y", "z")] == [5143, 1143, 6]
 
 
+def test_the_size_of_a_type_with_an_error_is_no_second_message(
+    mistakes_of: Callable[[str], list[InputError]],
+) -> None:
+    (error,) = mistakes_of(
+        "TYPE S : STRUCT a : MISSING; END_STRUCT END_TYPE\n"
+        "FUNCTION_BLOCK A\nVAR p : ARRAY [1..SIZEOF(S)] OF BYTE; END_VAR\nEND_FUNCTION_BLOCK\n"
+    )
+    assert (error.message, error.line) == ("there is no type MISSING", 1)
+
+
 def test_a_bound_that_is_not_constant_has_its_line(
     mistakes_of: Callable[[str], list[InputError]],
 ) -> None:

@@ -102,6 +102,53 @@ def test_the_libraries_of_some_names_are_known() -> None:
     assert simple_type("Valve") == ""
 
 
+def test_an_export_of_codesys_names_its_libraries(tmp_path: Path) -> None:
+    """A reference is not noted, because CODESYS adds many; system libraries are left out.
+
+    Source: an export of CODESYS: the element Libraries of an application.
+    """
+    file = tmp_path / "a.xml"
+    file.write_text(
+        '<project><pou name="P" pouType="program"><interface><localVars><variable name="a"><type>'
+        '<derived name="Vlv.Valve"/></type></variable></localVars></interface><body><ST>;</ST>'
+        '</body></pou><addData><data name="libraries"><Libraries>'
+        '<Library Name="#Valves" Namespace="Vlv" DefaultResolution="My Valves, * (Someone)"/>'
+        '<Library Name="#IecSfc" Namespace="Vlv2" SystemLibrary="true"/>'
+        "</Libraries></data></addData></project>",
+        encoding="utf-8",
+    )
+    files = source_files(file, None)
+    assert files.notes == ()
+    assert [(one.name, one.namespace) for one in files.missing] == [("My Valves", "Vlv")]
+    assert _said(files) == ["the library My Valves is not read: 1 place misses Vlv (1)"]
+
+
+def test_many_unread_libraries_are_counted(tmp_path: Path) -> None:
+    """Source: docs/how-to/projects.md."""
+    libraries = {f"Lib{number}": f"L{number}" for number in range(12)}
+    objects = {"MAIN.TcPOU": _program("  a : Valve;", ";")}
+    files = source_files(written_project(tmp_path / "P", objects, libraries=libraries), None)
+    said = "none of the 12 libraries that the project refers to is read: 1 place misses Valve (1)"
+    assert _said(files) == [said]
+
+
+def test_the_use_of_a_variable_of_a_missing_type_is_not_another_error(tmp_path: Path) -> None:
+    """Calls, methods and members of local variables, and variables of a list.
+
+    Source: docs/how-to/projects.md.
+    """
+    objects = {
+        "GVL.TcGVL": "VAR_GLOBAL\n  v : Valve;\nEND_VAR",
+        "MAIN.TcPOU": _program(
+            "  a : Valve;\n  n : INT;",
+            "a();\na.Open();\nn := a.Count;\nGVL.v();\nGVL.v.Open();\nn := GVL.v.Count;",
+        ),
+    }
+    project = written_project(tmp_path / "P", objects, libraries={"Valves": "V"})
+    said = "the library Valves is not read: 2 places miss Valve (2)"
+    assert _said(source_files(project, None)) == [said]
+
+
 # --- stubs ------------------------------------------------------------------------------------
 
 
@@ -202,6 +249,25 @@ def test_a_base_block_has_what_the_derived_block_takes_from_it(tmp_path: Path) -
     assert lines[start + 2 : start + 5] == ["  P1 : INT;", "  P2 : DINT;", "  Text : STRING(255);"]
     assert "  bCount : INT;" in lines
     assert texts["I_Suite.st"].splitlines()[2:4] == ["INTERFACE I_Suite", "METHOD Ready : BOOL"]
+
+
+def test_members_arrays_and_pointers_of_a_library_have_types(tmp_path: Path) -> None:
+    """`Vlv.Mode.Slow` is a member of an enumeration; elements and targets show the types behind.
+
+    Source: docs/how-to/projects.md.
+    """
+    variables = "  v : Vlv.Valve;\n  m : Vlv.E_Mode;\n  n : INT;\n  x : REAL;"
+    statements = (
+        "m := Vlv.E_Mode.Slow;\nv(Mode := Vlv.E_Mode.Fast);\nn := v.Rows[2];\nx := v.Place^;\n"
+        "CASE m OF\n  Vlv.E_Mode.Slow: n := 1;\nEND_CASE"
+    )
+    objects = {"MAIN.TcPOU": _program(variables, statements)}
+    texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
+    lines = texts["Valve.st"].splitlines()
+    assert "  Rows : ARRAY [0..255] OF INT;" in lines
+    assert "  Place : POINTER TO REAL;" in lines
+    assert "  Mode : E_Mode;" in lines
+    assert texts["E_Mode.st"] == "TYPE E_Mode : (Slow, Fast); END_TYPE\n"
 
 
 def test_a_namespace_of_a_library_is_declared(tmp_path: Path) -> None:

@@ -119,7 +119,8 @@ class Pin:
         if known and all(kind in numbers for kind in known) and any(k in _REALS for k in known):
             return "LREAL" if self.given else next(k for k in known if k in _REALS)
         if known and all(kind.startswith("POINTER TO ") for kind in known):
-            return known[0] if len(known) == 1 else "POINTER TO BYTE"
+            certain = [kind for kind in known if kind != "POINTER TO BYTE"]
+            return certain[0] if len(certain) == 1 else "POINTER TO BYTE"
         if known and all(kind.startswith("STRING") for kind in known):
             return "STRING(255)"
         if known:

@@ -34,6 +34,8 @@ from structured_text.projects.stubs.model import (
 
 __all__ = ["Uses"]
 
+#: The bounds of an array of which only the use of its elements is known.
+_BOUNDS = "0..255"
 _LITERALS = {"INTEGER": "", "REALNUM": "LREAL", "STRING": "STRING(255)", "BOOLEAN": "BOOL"}
 _OPERATOR = re.compile(
     r"ADR|ADRINST|BITADR|SIZEOF|XSIZEOF|INDEXOF|REF|INI|NEW|DELETE|__\w+|(\w+_)?TO_\w+|TRUNC\w*"
@@ -100,11 +102,9 @@ class Uses:
                 written = stub.input if stub.kind in (BLOCK, INTERFACE) else stub.output
                 written(target.name.text).note(kind, given=True)
             self._read(target.base, "")
-        elif isinstance(target, s.Index):
-            for index in target.indices:
-                self._read(index, "DINT")
-            self._read(target.base, "")
-        elif isinstance(target, (s.Dereference, s.Part)):
+        elif isinstance(target, (s.Index, s.Dereference)):
+            self._inside(target, kind)
+        elif isinstance(target, s.Part):
             self._read(target.base, "")
         elif isinstance(target, s.Name) and self._above is not None and not self._known(target):
             self._above.output(target.text).note(kind, given=True)
@@ -233,11 +233,9 @@ class Uses:
             self._read(node.operand, want or ("BOOL" if node.op == "NOT" else ""))
         elif isinstance(node, s.Binary):
             self._operands(node, want)
-        elif isinstance(node, s.Index):
-            for index in node.indices:
-                self._read(index, "DINT")
-            self._read(node.base, "")
-        elif isinstance(node, (s.Dereference, s.Part)):
+        elif isinstance(node, (s.Index, s.Dereference)):
+            self._inside(node, want)
+        elif isinstance(node, s.Part):
             self._read(node.base, "")
         elif isinstance(node, s.Name) and node.key in self._stubs:
             if self._stubs[node.key].kind == CONSTANT:
@@ -245,6 +243,16 @@ class Uses:
         elif isinstance(node, s.Name) and self._is_inherited(node):
             assert self._above is not None
             self._above.output(node.text).note(want, given=False)
+
+    def _inside(self, node: s.Index | s.Dereference, kind: str) -> None:
+        """Note the array or pointer whose element or target has a type."""
+        if isinstance(node, s.Dereference):
+            self._read(node.base, f"POINTER TO {kind or 'BYTE'}")
+            return
+        for index in node.indices:
+            self._read(index, "DINT")
+        bounds = ", ".join([_BOUNDS] * len(node.indices))
+        self._read(node.base, f"ARRAY [{bounds}] OF {kind or 'DINT'}")
 
     def _is_inherited(self, node: s.Name) -> bool:
         """Return whether an unknown name may be a variable of a stub that the block extends."""

@@ -37,6 +37,12 @@ _STATEMENTS = [
     ("IF B THEN\n I := 1;\nELSEIF I = 2 THEN\n I := 2;\nEND_IF;", 5, 1,
      "ELSEIF is not a word of Structured Text", "write ELSIF"),
     ("IF B THEN\n I := 1;\nENDIF;", 5, 1, "ENDIF is not a word of Structured Text", "write END_IF"),
+    # Signs and words that are missing, or are those of C.
+    ("IF I = 1\n I := 2;\nEND_IF;", 3, 9, "THEN is missing", "write it after '1'"),
+    ("FOR I := 1 TO 3\n B := TRUE;\nEND_FOR;", 3, 16, "DO is missing", "write it after '3'"),
+    ("I = 1;", 3, 3, "= compares, and does not assign", "write :="),
+    ("IF I == 1 THEN I := 2; END_IF;", 3, 6, "== is an operator of C", "write = to compare"),
+    ("IF B && B THEN I := 2; END_IF;", 3, 6, "&& is an operator of C", "write AND"),
     # Exceptions.
     ("__TRY\n I := 1;\n__CATCH(I)\n I := 2;\n__ENDTRY", 3, 1,
      "__TRY is not supported: nothing raises an exception that a program could catch",
@@ -78,6 +84,30 @@ def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
         (4, "the IF of this line has no END_IF"),
         (9, "Nothing is not declared"),
     }
+
+
+@pytest.mark.parametrize(
+    ("source", "line", "message"),
+    [
+        ("FUNCTION_BLOCK B1\nVAR A : INT; END_VAR\nA := 1;\nEND_PROGRAM\n", 4,
+         "END_PROGRAM does not end the FUNCTION_BLOCK of line 1"),
+        ("FUNCTION_BLOCK B1\nVAR A : INT; END_VAR\nA := 1;\n", 1,
+         "the FUNCTION_BLOCK of this line has no END_FUNCTION_BLOCK"),
+        ("TYPE S1 : STRUCT\n A : INT;\nEND_STRUCT;\n", 1, "the TYPE of this line has no END_TYPE"),
+        ("TYPE S1 : STRUCT\n A : INT;\nEND_TYPE\n", 1, "the STRUCT of this line has no END_STRUCT"),
+    ],
+)  # fmt: skip
+def test_a_declaration_without_its_end_is_named(
+    source: str, line: int, message: str, mistakes_of: Errors
+) -> None:
+    """The program behind it is read.
+
+    Source: by hand.
+    """
+    rest = "PROGRAM P1\nVAR A : INT; END_VAR\nA := Nothing;\nEND_PROGRAM\n"
+    first, second = mistakes_of(source + rest)
+    assert (first.line, first.message) == (line, message)
+    assert second.message == "Nothing is not declared"
 
 
 @pytest.mark.parametrize(
