@@ -45,7 +45,9 @@ def function_arguments(
     every = [*pins, *outputs.values()]
     unnamed = [one for one in node.arguments if one.name is None]
     are_named(node, scope)
-    if len(unnamed) > len(every):
+    # matiec accepts a call without arguments, and `EN := TRUE` alone has been taken away.
+    empty = pins and not node.arguments and scope.registry.dialect.name != "openplc"
+    if len(unnamed) > len(every) or empty:
         message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
         raise scope.error(message, node.at)
     for symbol, argument in zip(every, node.arguments, strict=False):

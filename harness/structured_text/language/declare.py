@@ -289,8 +289,8 @@ class Declarations(Types):
         started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
         if started:
             where.note(f"arguments of {INIT}", node.spec.at)
-        places = ("PROGRAM", "FUNCTION_BLOCK", "METHOD")
-        if started and section.kind != "VAR_INST" and (section.kind != "VAR" or pou not in places):
+        inside = section.kind == "VAR" and pou in ("PROGRAM", "FUNCTION_BLOCK", "METHOD")
+        if started and section.kind != "VAR_INST" and not inside:
             raise where.error(
                 f"{INIT} takes arguments in VAR of a block, program or method only",
                 node.spec.at,

@@ -96,10 +96,6 @@ _UNSUPPORTED = {
     "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
-#: Tokens before a name that is declared or used: such a word is the name.
-_BEFORE_NAMES = frozenset(
-    ("DOT", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD", "PROPERTY", "PROGRAM", "CLASS")
-)
 #: Text behind such a word if it is the keyword and not a variable of that name.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 

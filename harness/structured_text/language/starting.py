@@ -71,8 +71,8 @@ def instance_sections(node: s.Pou) -> Iterator[s.Section]:
     """
     for member in node.members:
         accessors = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)
-        for method in accessors:
-            for section in method.sections if method is not None else ():
+        for method in (one for one in accessors if one is not None):
+            for section in method.sections:
                 if section.kind != "VAR_INST":
                     continue
                 variables = tuple(
