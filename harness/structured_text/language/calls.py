@@ -10,7 +10,7 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Scope
 from structured_text.language.standard import Signature, pin_name
-from structured_text.language.types import BlockType, ElementaryType, EnumType, Variable
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, EnumType, Variable
 
 __all__ = [
     "ENABLING",
@@ -64,7 +64,9 @@ def function_arguments(
         if argument.output and key in outputs:
             sent[outputs[key].name] = argument
             continue
-        if key not in (symbol.name.upper() for symbol in pins) or argument.output:
+        pin = next((symbol for symbol in pins if symbol.name.upper() == key), None)
+        by_place = pin is not None and isinstance(pin.type, ArrayType) and pin.type.open
+        if pin is None or (argument.output and not by_place):
             raise scope.error(
                 f"{pou.name} has no input {key}",
                 argument.at,
