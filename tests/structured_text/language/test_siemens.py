@@ -207,3 +207,17 @@ def test_a_call_in_an_expression_may_say_that_it_is_enabled(
         dialect="openplc",
     )
     assert (program.read("Main.N"), program.read("Main.M")) == (4, 4)
+
+
+def test_an_output_of_open_length_is_written_in_the_array_of_the_caller(
+    scanned: Callable[..., BuiltinProgram],
+) -> None:
+    program = scanned(
+        "FUNCTION F : INT VAR_OUTPUT O : ARRAY [*] OF INT; E : BOOL; END_VAR"
+        " VAR_IN_OUT B : ARRAY [*] OF INT; END_VAR O[1] := B[2]; E := TRUE;"
+        " F := TO_INT(UPPER_BOUND(O, 1)); END_FUNCTION\n"
+        "PROGRAM Main VAR L : ARRAY [1..2] OF INT; M : ARRAY [1..2] OF INT := [3, 4]; N : INT;"
+        " E : BOOL; END_VAR N := F(O => L, E => E, B := M); END_PROGRAM"
+    )
+    assert program.read("Main.L") == [4, 0]
+    assert (program.read("Main.N"), program.read("Main.E")) == (2, True)
