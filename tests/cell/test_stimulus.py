@@ -234,7 +234,7 @@ def test_a_wrong_entry_has_its_file_and_line(tmp_path: Path, text: str, message:
         ("robot = { event = 'link_down', now = 1 }", "event 'link_down' takes no arguments"),
         ("hold = 'SO99'", "SO99"),
         ("force = { SO03 = 2 }", "SO03 is a bit and cannot be 2"),
-        ("workpieces = { 5 = 1 }", "there is no axis 5; the controller has 1 to 4"),
+        ("workpieces = { 5 = 1 }", "there is no axis 5; use 1 to 4"),
         ("workpieces = { 1 = 3000000000 }", "a workpiece stands at -2147483648 to 2147483647"),
         (f"area = '{'00' * 49}'", "area has 49 bytes, but the PLC's area has 48"),
         ("area = '00'\ncontroller = 2", "no controller 2; the cell has 1"),

@@ -203,7 +203,7 @@ def test_a_workpiece_is_placed_and_taken_away(hosts: list[ServedHost], client: W
         ("outputs", '{"output": "X", "do": "hold"}', ""),
         ("outputs", '{"output": "SOW(99)", "do": "hold"}', ""),
         ("outputs", '{"output": "", "do": "release"}', ""),
-        ("workpieces", '{"axis": 0, "pulses": 1}', "there is no axis 0; the controller has 1 to 4"),
+        ("workpieces", '{"axis": 0, "pulses": 1}', "there is no axis 0; use 1 to 4"),
         ("workpieces", '{"axis": 9, "pulses": null}', "there is no axis 9"),
         ("workpieces", '{"axis": 1, "pulses": 3000000000}', "a workpiece stands at -2147483648"),
         ("workpieces", '{"axis": 1, "pulses": 1.5}', "a workpiece stands at a whole number of"),

@@ -301,6 +301,22 @@ END_PROGRAM
 """
 
 
+def test_suites_are_computed_as_the_tool_of_the_project(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A number is milliseconds as a TIME in TwinCAT; the suite is in a source with the namespace.
+
+    Source: docs/reference/language.md, dialects.
+    """
+    file = tmp_path / "suite.st"
+    compared = "AssertEquals_TIME(T#500ms, UDINT_TO_TIME(500), 'm');"
+    text = _suite_of("TEST('A');", compared, "TEST_FINISHED();", run="TcUnit.RUN")
+    file.write_text(text.replace("EXTENDS FB", "EXTENDS TcUnit.FB"))
+    assert main(["test", str(file), "--dialect", "twincat"]) == 0
+    capsys.readouterr()
+    assert main(["test", str(file), "--dialect", "iec"]) == 1
+
+
 def test_suites_in_sequence_begin_when_the_one_before_has_finished(tmp_path: Path) -> None:
     """Source: TcUnit, FAQ 7."""
     tests = _tests(_run(tmp_path, _TWO_SUITES))
@@ -467,12 +483,15 @@ def test_a_twincat_project_runs_as_it_is(
 ) -> None:
     """The names of the library TcUnit are qualified; lines are those of the project's files.
 
+    As in TwinCAT, a number is milliseconds as a TIME.
+
     Source: docs/how-to/unit-tests.md.
     """
     monkeypatch.chdir(tmp_path)
     head = "FUNCTION_BLOCK FB_Sum_Test EXTENDS TcUnit.FB_TestSuite"
     body = (
-        "TcUnit.TEST('TcUnit.RUN');\nAssertTrue(FALSE, 'm'); // TcUnit.x\nTcUnit.TEST_FINISHED();"
+        "TcUnit.TEST('TcUnit.RUN');\nAssertTrue(FALSE, 'm'); // TcUnit.x\n"
+        "AssertEquals_TIME(T#500ms, UDINT_TO_TIME(500), 'ms');\nTcUnit.TEST_FINISHED();"
     )
     Path("FB_Sum_Test.TcPOU").write_text(_OBJECT.format(name="FB_Sum_Test", head=head, body=body))
     head = "PROGRAM PRG_TEST\nVAR\n  Sum : FB_Sum_Test;\nEND_VAR"
@@ -480,7 +499,8 @@ def test_a_twincat_project_runs_as_it_is(
         _OBJECT.format(name="PRG_TEST", head=head, body="TcUnit . RUN();")
     )
     assert main(["test", "."]) == 1
-    assert capsys.readouterr().out.splitlines()[:2] == [
+    assert capsys.readouterr().out.splitlines() == [
         "FAILED PRG_TEST.Sum.TcUnit.RUN",
         "  FB_Sum_Test.TcPOU:7: expected TRUE, actual FALSE: m",
+        "1 suite, 1 test: 0 passed, 1 failed, 0 skipped; 1 scan in 0 ms of virtual time",
     ]

@@ -79,7 +79,7 @@ def test_two_runs_of_one_seed_are_the_same_bytes(raw_cell: Build, tmp_path: Path
          "t.jsonl:1: is a trace of format rcx-trace/2, and this version of rcx reads"),
         ("{}\n", "t.jsonl:1: not a trace of format rcx-trace/1"),
         ('{"format":"rcx-trace/1","size":49}\n',
-         "t.jsonl:1: size is 49; the areas of a controller"),
+         "t.jsonl:1: size is 49; use 48 or 256"),
         ('{"format":"rcx-trace/1","size":"48"}\n', "t.jsonl:1: size is '48', and not a number"),
         ('{"format":"rcx-trace/1","scan_us":-1}\n', "t.jsonl:1: scan_us is -1, and not a number"),
         ('{"format":"rcx-trace/1"}\nnonsense\n', "t.jsonl:2: not a line of a trace"),

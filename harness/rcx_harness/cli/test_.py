@@ -12,7 +12,15 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.sources import source_files
-from rcx_harness.cli.options import Lib, Replace, Sources, replacements, with_options
+from rcx_harness.cli.options import (
+    Device,
+    Dialect,
+    Lib,
+    Replace,
+    Sources,
+    replacements,
+    with_options,
+)
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.testing.suites import FRAMEWORK
 from structured_text.coverage.output import check_fail_under, check_folder, conclude
@@ -48,6 +56,8 @@ class Options:
     ] = None
     lib: Lib = None
     replace: Replace = None
+    dialect: Dialect = None
+    device: Device = ""
     coverage: Annotated[
         bool, typer.Option("--coverage", help="Count which statements and branches run, and MC/DC.")
     ] = False
@@ -65,13 +75,16 @@ def test_(given: Options) -> None:
     """Run the unit tests of a program: TcUnit suites, in virtual time, without TwinCAT.
 
     Suites are blocks that extend FB_TestSuite; a program calls RUN or RUN_IN_SEQUENCE. Leave the
-    library TcUnit itself out: its interface is built in.
+    library TcUnit itself out: its interface is built in. Files with TEST blocks, as STruC++ has
+    them, run as well.
 
     Exit code: 0 if all tests have passed, 1 if a test has failed or not finished, or with too
     little coverage, 2 on bad input.
     """
     collector = _collector(given)
-    sources = source_files(given.files, given.lib, replacements(given.replace))
+    sources = source_files(
+        given.files, given.lib, replacements(given.replace), given.dialect, given.device
+    )
     if given.junit is not None:
         check_junit(given.junit, sources)
     if collector is not None:

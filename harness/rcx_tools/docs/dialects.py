@@ -17,7 +17,7 @@ _ABOUT = """\
 The format of a project says to which tool it belongs: TwinCAT objects, PLCopen XML of CODESYS,
 TwinCAT, Beremiz or OpenPLC (by its header), an L5X, SCL. `.st` files below an `apax.yml` are of
 SIMATIC AX. For other `.st` files, or to choose another tool, use `--dialect` of `rcx run`, `check`,
-`debug`, `explore`, `prove`, `campaign`, `sweep` and `mutants`, `rcx_dialect` of pytest, or
+`debug`, `test`, `explore`, `prove`, `campaign`, `sweep` and `mutants`, `rcx_dialect` of pytest, or
 `dialect=` of `Cell.build` and `Bench.build`. One program has one dialect. If its files are of two
 tools, you must choose one.
 

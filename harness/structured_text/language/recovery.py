@@ -379,8 +379,8 @@ class _Run:
             return self._error("Instruction List is not supported", before, hint)
         if token.type == "COLON" and before.type in ("IDENT", "LABEL") and "LPAR" in expected:
             return self._error(LABELS, before, "use IF, or a loop with EXIT")
-        if (hint := _OF_C.get(f"{before}{token}")) is not None:
-            return self._error(f"{before}{token} is an operator of C", before, f"write {hint}")
+        if (meant := _OF_C.get(f"{before}{token}")) is not None:
+            return self._error(f"{before}{token} is an operator of C", before, f"write {meant}")
         if token.type == "END_REPEAT" and "UNTIL" in expected:
             return self._error(
                 "REPEAT has no UNTIL", token, "write UNTIL and a condition before it"

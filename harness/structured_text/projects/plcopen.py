@@ -217,18 +217,15 @@ class _Reader:
             word for name, word in _QUALIFIERS.items() if element.get(name) in ("true", "1")
         )
         by_place = [one for one in element.all("variable") if _is_by_place(one)]
-        for word, variables in (
-            (
-                SECTIONS[element.name],
-                [one for one in element.all("variable") if one not in by_place],
-            ),
-            ("VAR_IN_OUT", by_place),
-        ):
-            if variables or word != "VAR_IN_OUT" or element.name == "inOutVars":
-                yield from made(element.at, f"{indent}{word}{qualifiers}")
-                for variable in variables:
-                    yield from self._variable(variable, f"{indent}  ")
-                yield from made(element.end, f"{indent}END_VAR")
+        others = [one for one in element.all("variable") if one not in by_place]
+        sections = [(SECTIONS[element.name], others)]
+        if by_place:
+            sections.append(("VAR_IN_OUT", by_place))
+        for word, variables in sections:
+            yield from made(element.at, f"{indent}{word}{qualifiers}")
+            for variable in variables:
+                yield from self._variable(variable, f"{indent}  ")
+            yield from made(element.end, f"{indent}END_VAR")
 
     def _variable(self, element: Element, indent: str) -> Lines:
         address = f" AT {element.get('address')}" if element.get("address") else ""

@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 
 from structured_text.errors import InputError
-from structured_text.language.source import Extract, Line, source_text, title_of
+from structured_text.language.source import Extract, Line, in_dialect, source_text, title_of
 from structured_text.output.paths import real
 from structured_text.projects.model import without_comments
 from structured_text.projects.needed import declared_names, needed
@@ -85,6 +85,8 @@ class Framework:
                 hint=f"leave the library {self.namespace} out: it is built in",
             )
         own = (*own, *self._started(own))
+        if spoken := next(filter(None, (getattr(one, "dialect", "") for one in files.own)), ""):
+            own = tuple(in_dialect(one, spoken) for one in own)
         parts = needed([*own, *files.lib], not_declared(st_files(self.folder), declared))
         return replace(files, own=own, lib=(*files.lib, *parts)), titles
 
@@ -130,4 +132,5 @@ class Framework:
             made = tuple(Line(one, number) for number, one in enumerate(texts, 1))
         else:
             made = tuple(replace(line, text=one) for line, one in zip(lines, texts, strict=False))
-        return Extract.make(file, made, title_of(file))
+        project, unread = getattr(file, "project", ""), getattr(file, "unread", ())
+        return Extract.make(file, made, title_of(file), project, unread)
