@@ -175,10 +175,10 @@ def _program(
     for file in files:
         places.setdefault(str(file), []).append(file)
     refused: dict[Path, list[InputError]] = {}
-    for error in errors:
-        for file in places.get(error.file or "", []):
-            if _is_in(file, error):
-                refused.setdefault(file, []).append(error)
+    for one in errors:
+        for file in places.get(one.file or "", []):
+            if _is_in(file, one):
+                refused.setdefault(file, []).append(one)
     return files, classified(files, refused, libraries, repository.reviewed)
 
 
@@ -201,14 +201,14 @@ def measure(options: Options) -> dict[str, Figure]:
     figures: dict[str, Figure] = {}
     libraries: list[list[Path]] = []
     if root:
-        for repository, found in _repositories(Path(root), console):
-            gaps = found.percent(Kind.GAP)
+        for repository, measured in _repositories(Path(root), console):
+            gaps = measured.percent(Kind.GAP)
             figures[f"language {repository.name}"] = (
                 shown(gaps, "% of files", f"beyond: {repository.beyond}")
                 if repository.beyond
                 else at_most(gaps, "% of files", MOST)
             )
-            libraries.append(found.accepted)
+            libraries.append(measured.accepted)
     for entry in entries:
         files = sources_of(entry)
         share = accepted(files)

@@ -89,8 +89,16 @@ def how_to_get() -> str:
     )
 
 
-#: Dialects of tools whose files do not say them.
-DIALECTS = {"SIMATIC AX": "ax"}
+#: The dialect of each tool.
+DIALECTS = {
+    "TwinCAT": "twincat",
+    "CODESYS": "codesys",
+    "CODESYS 2.3": "codesys",
+    "SIMATIC AX": "ax",
+    "TIA Portal": "tia",
+    "Beremiz": "openplc",
+    "Logix": "logix",
+}
 _TWINCAT, _CODESYS, _AX, _TIA = "TwinCAT", "CODESYS", "SIMATIC AX", "TIA Portal"
 _BEREMIZ, _OSCAT, _LOGIX = "Beremiz", "CODESYS 2.3", "Logix"
 
@@ -189,6 +197,9 @@ REPOSITORIES = (
         "7805d6df1fba4b0de666a1a720b51971c7af8afa",
         _BEREMIZ,
         each=("*/*/plc.xml",),
+        reviewed=(
+            Reviewed("this comment is never closed", "the text of the body is cut off in the file"),
+        ),
     ),
     Repository(
         "Autonomy-Logic/STruCpp",
@@ -202,5 +213,8 @@ REPOSITORIES = (
         "4f03e2b6d71105f04258f069d9c36d74bfe1b0c3",
         _LOGIX,
         each=("tests/unit/data/valid/*/*.L5X",),
+        reviewed=(
+            Reviewed(r"aoiSigned.*has no data type", "the instruction is encrypted (EncodedData)"),
+        ),
     ),
 )

@@ -10,7 +10,7 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Scope
 from structured_text.language.standard import Signature, pin_name
-from structured_text.language.types import BlockType, ElementaryType, EnumType, Variable
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, EnumType, Variable
 
 __all__ = [
     "ENABLING",
@@ -45,7 +45,9 @@ def function_arguments(
     every = [*pins, *outputs.values()]
     unnamed = [one for one in node.arguments if one.name is None]
     are_named(node, scope)
-    if len(unnamed) > len(every):
+    # matiec accepts a call without arguments, and `EN := TRUE` alone has been taken away.
+    empty = pins and not node.arguments and scope.registry.dialect.name != "openplc"
+    if len(unnamed) > len(every) or empty:
         message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
         raise scope.error(message, node.at)
     for symbol, argument in zip(every, node.arguments, strict=False):
@@ -62,7 +64,9 @@ def function_arguments(
         if argument.output and key in outputs:
             sent[outputs[key].name] = argument
             continue
-        if key not in (symbol.name.upper() for symbol in pins) or argument.output:
+        pin = next((symbol for symbol in pins if symbol.name.upper() == key), None)
+        by_place = pin is not None and isinstance(pin.type, ArrayType) and pin.type.open
+        if pin is None or (argument.output and not by_place):
             raise scope.error(
                 f"{pou.name} has no input {key}",
                 argument.at,

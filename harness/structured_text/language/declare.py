@@ -264,6 +264,8 @@ class Declarations(Types):
             where.note("VAR_IN_OUT CONSTANT", section.at)
             constant_section = False
             section = section if has_block(kind) else replace(section, kind="VAR_INPUT")
+        if has_block(kind) and pou == "CONFIGURATION":
+            constant_section = False  # CODESYS accepts CONSTANT, and calls the block all the same
         if has_block(kind):
             self._check_block(node, section, pou, constant_section, where)
         held = isinstance(kind, (ReferenceType, InterfaceType)) and pou != "CONFIGURATION"
@@ -333,7 +335,11 @@ class Declarations(Types):
         A VAR_IN_OUT can be one, and a VAR_INPUT of a function or method. Such an input is neither
         copied nor written.
         """
-        places = ("VAR_IN_OUT", "VAR_INPUT") if pou in ("FUNCTION", "METHOD") else ("VAR_IN_OUT",)
+        places: tuple[str, ...] = ("VAR_IN_OUT",)
+        if pou in ("FUNCTION", "METHOD"):
+            places = ("VAR_IN_OUT", "VAR_INPUT")
+        if pou == "FUNCTION" and self.registry.dialect.name == "ax":
+            places = (*places, "VAR_OUTPUT")  # SIMATIC AX writes into the array of the caller
         if not isinstance(spec, s.ArraySpec) or section.kind not in places:
             return None
         stars = [isinstance(one.low, s.Name) and one.low.text == "*" for one in spec.dimensions]

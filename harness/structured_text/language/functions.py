@@ -266,11 +266,24 @@ class Functions:
         if below and pin.section == "VAR_IN_OUT":
             self._scope.note("a structure as its base", argument.at)
             return found
+        if self._same_elements(found.type, kind):
+            return found
         if found.type != kind and not same_text(found.type, kind) and not fills(found.type, kind):
             raise self._scope.error(
                 f"{pou} needs a {describe(kind)} here, not a {describe(found.type)}", argument.at
             )
         return found
+
+    def _same_elements(self, one: Type, other: Type) -> bool:
+        """Return whether TIA Portal copies an array to another one: bounds may differ."""
+        return (
+            self._scope.registry.dialect.name == "tia"
+            and isinstance(one, ArrayType)
+            and isinstance(other, ArrayType)
+            and one.element == other.element
+            and [high - low for low, high in one.bounds]
+            == [high - low for low, high in other.bounds]
+        )
 
     def _converted(self, node: s.Call, want: Type | None) -> t.Expression:
         """Type a conversion.

@@ -71,9 +71,7 @@ def instance_sections(node: s.Pou) -> Iterator[s.Section]:
     """
     for member in node.members:
         accessors = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)
-        for method in accessors:
-            if method is None:
-                continue
+        for method in (one for one in accessors if one is not None):
             for section in method.sections:
                 if section.kind != "VAR_INST":
                     continue

@@ -166,3 +166,26 @@ def test_tags_keep_their_values_without_power_but_for_what_a_prescan_sets(tmp_pa
     scale = {f"P.One.{name}" for name in ("Raw", "Factor", "Offset", "Sum")}
     timer = {f"P.T.{name}" for name in ("TimerEnable", "Reset", "PRE")}
     assert kept == {"P.a"} | scale | timer
+
+
+def test_an_alias_of_an_instruction_is_its_local_tag(tmp_path: Path) -> None:
+    """An input reaches the local tag before the logic, an output shows it behind the logic."""
+    file = tmp_path / "cell.L5X"
+    text = (
+        _L5X.replace(
+            "</Parameters>",
+            '<Parameter Name="In" TagType="Alias" AliasFor="Sum" Usage="Input" Required="true"/>'
+            '<Parameter Name="Out" TagType="Alias" AliasFor="Last" Usage="Output"/>'
+            "</Parameters>",
+        )
+        .replace(
+            'DataType="DINT"/></LocalTags>',
+            'DataType="DINT"/><LocalTag Name="Last" DataType="DINT"/></LocalTags>',
+        )
+        .replace("Value := Raw * Factor + Offset;", "Last := Sum + 1;")
+    )
+    tags = _tag("S", "Scale") + '<Tag Name="R" TagType="Base" DataType="DINT"/>'
+    file.write_text(text.format(code="Scale(S, 1, 41); R := S.Out;", tags=tags), encoding="utf-8")
+    program = build(list(source_files([file], None).all), "builtin").program
+    program.scan(0)
+    assert program.read("Main.R") == 42

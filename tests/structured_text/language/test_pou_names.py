@@ -145,7 +145,7 @@ def test_a_structure_of_another_type_is_no_initial_value(
         "VAR_GLOBAL CONSTANT C1 : ST1 := (A := 5); END_VAR\n"
         "PROGRAM Main VAR S : ST2 := C1; END_VAR ; END_PROGRAM"
     )
-    assert [error.message for error in found] == ["this is not an initial value for a ST2"]
+    assert [error.message for error in found] == ["a ST2 is expected here, not a ST1"]
 
 
 def test_a_final_method_of_an_interface_is_implemented(build: Build) -> None:

@@ -105,8 +105,7 @@ FUNCTION Get : BOOL VAR_INPUT S : STRING; END_VAR VAR_OUTPUT V : DINT; END_VAR V
 END_FUNCTION
 PROGRAM Main
 VAR A : STRING; B : STRING; C : STRING; D : STRING; I : SINT := 3;
-  L : ARRAY [1..2] OF INT := [7, 8];
-  N : INT; X : SINT; Y : DINT; END_VAR
+  L : ARRAY [1..2] OF INT := [7, 8]; N : INT; X : SINT; Y : DINT; END_VAR
 A := ToS(V := I); B := ToS(1.5); C := ToS(L); D := ToS(5);
 Check(V := TRUE, N := N); Check(V := 4, N := N);
 Get('', V => X); Get('', V => Y);
@@ -166,3 +165,59 @@ def test_an_assignment_attempt_gives_null_if_the_interface_is_missing(
         "X := D; Y ?= X; IF Y = NULL THEN M := 5; END_IF; END_PROGRAM"
     )
     assert (program.read("Main.N"), program.read("Main.M")) == (2, 5)
+
+
+def test_tia_passes_an_array_with_other_bounds(scanned: Callable[..., BuiltinProgram]) -> None:
+    """The elements and their number must be the same; o[3] is the last element of both."""
+    source = (
+        "FUNCTION F : INT VAR_INPUT A : INT; END_VAR VAR_IN_OUT O : ARRAY [1..3] OF INT; END_VAR"
+        " VAR_OUTPUT P : ARRAY [1..3] OF INT; END_VAR O[1] := A; O[3] := O[3] + 7; P[2] := A;"
+        " F := 1; END_FUNCTION\n"
+        "PROGRAM Main VAR L : ARRAY [0..2] OF INT := [1, 2, 3]; M : ARRAY [0..2] OF INT; N : INT;"
+        " END_VAR N := F(A := 5, O := L, P => M); END_PROGRAM"
+    )
+    program = scanned(source, dialect="tia")
+    assert (program.read("Main.L"), program.read("Main.M")) == ([5, 2, 10], [0, 5, 0])
+    with pytest.raises(InputError, match=r"needs a ARRAY \[1..3\] OF INT"):
+        scanned(source, dialect="codesys")
+
+
+def test_blocks_of_methods_get_arguments(scanned: Callable[..., BuiltinProgram]) -> None:
+    """VAR_INST starts once with its block, VAR in each call."""
+    program = scanned(
+        "FUNCTION_BLOCK F VAR N : INT; END_VAR METHOD FB_init : BOOL VAR_INPUT"
+        " bInitRetains : BOOL; bInCopyCode : BOOL; K : INT; END_VAR N := K; END_METHOD"
+        " METHOD Up : INT N := N + 1; Up := N; END_METHOD END_FUNCTION_BLOCK\n"
+        "FUNCTION_BLOCK G METHOD A : INT VAR_INST B : F(10); END_VAR A := B.Up(); END_METHOD"
+        " METHOD C : INT VAR B : F(20); END_VAR C := B.Up(); END_METHOD END_FUNCTION_BLOCK\n"
+        "PROGRAM Main VAR B : G; I : INT; J : INT; K : INT; L : INT; END_VAR"
+        " I := B.A(); J := B.A(); K := B.C(); L := B.C(); END_PROGRAM",
+        dialect="twincat",
+    )
+    assert [program.read(f"Main.{name}") for name in "IJKL"] == [11, 12, 21, 21]
+
+
+def test_a_call_in_an_expression_may_say_that_it_is_enabled(
+    scanned: Callable[..., BuiltinProgram],
+) -> None:
+    program = scanned(
+        "FUNCTION F : INT VAR_INPUT A : INT := 4; END_VAR F := A; END_FUNCTION\n"
+        "PROGRAM Main VAR N : INT; M : INT; END_VAR N := F(EN := TRUE, A := 3) + 1; M := F();"
+        " END_PROGRAM",
+        dialect="openplc",
+    )
+    assert (program.read("Main.N"), program.read("Main.M")) == (4, 4)
+
+
+def test_an_output_of_open_length_is_written_in_the_array_of_the_caller(
+    scanned: Callable[..., BuiltinProgram],
+) -> None:
+    program = scanned(
+        "FUNCTION F : INT VAR_OUTPUT O : ARRAY [*] OF INT; E : BOOL; END_VAR"
+        " VAR_IN_OUT B : ARRAY [*] OF INT; END_VAR O[1] := B[2]; E := TRUE;"
+        " F := TO_INT(UPPER_BOUND(O, 1)); END_FUNCTION\n"
+        "PROGRAM Main VAR L : ARRAY [1..2] OF INT; M : ARRAY [1..2] OF INT := [3, 4]; N : INT;"
+        " E : BOOL; END_VAR N := F(O => L, E => E, B := M); END_PROGRAM"
+    )
+    assert program.read("Main.L") == [4, 0]
+    assert (program.read("Main.N"), program.read("Main.E")) == (2, True)

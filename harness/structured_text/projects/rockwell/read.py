@@ -97,6 +97,12 @@ class _Reader:
 
     def _know_instruction(self, aoi: Element) -> None:
         parameters = aoi.all("Parameters", "Parameter")
+        local = {_key(one): one for one in aoi.all("LocalTags", "LocalTag")}
+        for one in parameters:  # an alias has the type of its local tag
+            target = local.get(plain_tag(one.get("AliasFor")).upper())
+            if target is not None and not one.get("DataType"):
+                named = ("DataType", "Dimensions")
+                one.attributes.update((name, target.get(name)) for name in named)
         self._parameters[_key(aoi)] = {_key(one): one for one in parameters}
         self._types.members[_key(aoi)] = {_key(one): self._data(one) for one in parameters}
         self._types.instructions[_key(aoi)] = Instruction(
@@ -267,6 +273,8 @@ class _Reader:
         if FIRST_SCAN in scope.needs:
             body = Foreign("ST", aoi.at, "S:FS in an instruction is not supported")
         lines += self._extra(scope, aoi.at)
+        if not isinstance(body, Foreign):
+            body = (*_aliases(parameters, "Input"), *body, *_aliases(parameters, "Output"))
         end = made(aoi.end, "END_FUNCTION_BLOCK")
         return Unit("FUNCTION_BLOCK", Piece(name, tuple(lines), body, end), self._file)
 
@@ -459,6 +467,18 @@ def _number(text: str, data: Data) -> int | float | None:
         return int(digits, int(base)) if mark else int(base)
     except ValueError:
         return None
+
+
+def _aliases(parameters: Iterable[Element], usage: str) -> Iterator[Line]:
+    """Yield the copies between local tags of an instruction and the pins that are their aliases.
+
+    An input is copied before the instruction, an output behind it.
+    """
+    for one in parameters:
+        if one.get("TagType") == "Alias" and one.get("Usage") == usage and one.get("AliasFor"):
+            pin, tag = plain_tag(one.get("Name")), plain_tag(one.get("AliasFor"))
+            pair = (tag, pin) if usage == "Input" else (pin, tag)
+            yield from made(one.at, f"  {pair[0]} := {pair[1]};")
 
 
 def _key(element: Element) -> str:
