@@ -16,7 +16,7 @@ import pytest
 
 from run_report import left_out_line, repeat_line, skip_lines
 from shown import hexadecimal_comparison
-from tiers import keep_samples
+from tiers import keep_samples, without_engine
 from toolkit_alone import toolkit_alone
 
 if TYPE_CHECKING:
@@ -34,6 +34,8 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 #: The configurations of this process, the outermost first.
 _sessions: list[pytest.Config] = []
 _LEFT_OUT: pytest.StashKey[int] = pytest.StashKey()
+#: The reason of each test that is not run because an engine is not installed.
+_NO_ENGINE: pytest.StashKey[list[str]] = pytest.StashKey()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -50,6 +52,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Start the count of the tests that the markers leave out; let signals reach all children."""
     config.stash[_LEFT_OUT] = 0
+    config.stash[_NO_ENGINE] = []
     if config.option.toolkit_alone:
         if "rcx_harness" in sys.modules:
             raise pytest.UsageError("--toolkit-alone: rcx_harness is loaded; add -p no:rcx")
@@ -77,7 +80,10 @@ def _let_children_hear_signals(*, is_worker: bool) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Order the tests as `--order` says, keep the samples, skip what needs something external."""
-    keep_samples(items, whole=not any("::" in argument for argument in config.args))
+    named = any("::" in argument for argument in config.args)
+    keep_samples(items, whole=not named)
+    if not named:  # a test that the user names is shown as skipped
+        config.stash[_NO_ENGINE] = without_engine(items)
     order = config.getoption("order")
     if order == "reverse":
         items.reverse()
@@ -107,10 +113,11 @@ def pytest_deselected(items: Sequence[pytest.Item]) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Pass the count of a worker process to the process that reports."""
+    """Pass the counts of a worker process to the process that reports."""
     output = getattr(session.config, "workeroutput", None)
     if output is not None:
         output["left_out"] = session.config.stash[_LEFT_OUT]
+        output["no_engine"] = session.config.stash[_NO_ENGINE]
     if session.config is _sessions[0]:  # not a session that a test has started in this process
         gc.disable()
         gc.freeze()  # each look for garbage at the exit would take more than a second
@@ -118,9 +125,11 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any, error: object) -> None:
-    """Take the count of a worker process over; all workers collect the same tests."""
+    """Take the counts of a worker process over; all workers collect the same tests."""
     output = getattr(node, "workeroutput", None) or {}
-    node.config.stash[_LEFT_OUT] = output.get("left_out", node.config.stash[_LEFT_OUT])
+    stash = node.config.stash
+    stash[_LEFT_OUT] = output.get("left_out", stash[_LEFT_OUT])
+    stash[_NO_ENGINE] = output.get("no_engine", stash[_NO_ENGINE])
 
 
 def pytest_terminal_summary(
@@ -129,6 +138,8 @@ def pytest_terminal_summary(
     """Print the skipped and omitted tests in a few last lines, and how to repeat a failure."""
     stats = terminalreporter.stats
     skipped = [report.longrepr[2] for report in stats.get("skipped", [])]
+    no_engine: list[str] = config.stash[_NO_ENGINE]
+    skipped += no_engine
     if skipped:
         terminalreporter.write_line("skipped:")
     for line in skip_lines(skipped):

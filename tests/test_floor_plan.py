@@ -39,7 +39,7 @@ _MOST_ROOMS, _MOST_FLOORS = 14, 9
 #: Names of the robot and of its library, which the toolkit does not know.
 _NAMES = re.compile(r"rcx|yamaha|FB_[A-Z]", re.IGNORECASE)
 #: Environment variables that users set.
-_NO_NAMES = re.compile(r"RCX_(MATIEC|STRUCPP|CACHE|SANITIZE|MUTANT_ORDER)\b")
+_NO_NAMES = re.compile(r"RCX_(MATIEC|STRUCPP|CACHE|SANITIZE|MUTANT_ORDER|DIALECT)\b")
 _CPPPO = re.compile("cpppo", re.IGNORECASE)
 
 

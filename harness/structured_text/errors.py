@@ -21,6 +21,7 @@ __all__ = [
     "legible",
     "near",
     "refused",
+    "similar",
 ]
 
 try:  # the distribution that ships this package may define the names
@@ -83,6 +84,9 @@ class InputError(Exception):
         column: int | None = None,
         hint: str = "",
     ) -> None:
+        place = getattr(file, "place", None)  # of a source that has lines of two files
+        if place is not None and line is not None:
+            file, line = place(line)
         self.message = message
         self.file = str(file) if file is not None else None
         self.line = line
@@ -111,6 +115,13 @@ class UnreadError(OutputError):
 def did_you_mean(names: Sequence[str]) -> str:
     """Return a hint that suggests the given names, or an empty string without names."""
     return f"did you mean {' or '.join(names)}" if names else ""
+
+
+def similar(name: str, known: Iterable[str], most: int = 2) -> list[str]:
+    """Return the known names that are spelt like a name; case and underscores do not count."""
+    plain = {one.lower().replace("_", ""): one for one in known}
+    found = get_close_matches(name.lower().replace("_", ""), plain, most, cutoff=0.8)
+    return [plain[one] for one in found]
 
 
 def near(name: str, known: Iterable[str], every: str = "there are") -> str:

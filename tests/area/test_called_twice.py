@@ -309,7 +309,13 @@ def test_no_margin_makes_the_interval_shorter(interval: str, margin: str, scans:
     [("AutoStart", "SI12"), ("ServoOn", "SI01"), ("OriginIncr", "SI14"), ("OriginAbs", "SI17")],
 )
 @pytest.mark.parametrize("pin", ["EmergencyStopOk", "StopOk"])
-@pytest.mark.parametrize("released", [8, 9, 10, 11, 12, 13, 20, 23, 24, 25])
+@pytest.mark.parametrize(
+    "released",
+    [
+        *(8, 10, 12, 24),
+        *(pytest.param(scans, marks=pytest.mark.exhaustive) for scans in (9, 11, 13, 20, 23, 25)),
+    ],
+)
 def test_no_start_goes_out_against_a_stop_that_is_asked_for(
     block: str, bit: str, pin: str, released: int
 ) -> None:

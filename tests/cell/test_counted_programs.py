@@ -68,6 +68,17 @@ def _result(folder: Path, text: str) -> FileResult:
             {"WHILE SGI0<3: true": 3, "WHILE SGI0<3: false": 1},
         ),
         ("FOR I%=1 TO 3\nSGI0=I%\nNEXT\nSGI0=9", {1: 1, 2: 3, 3: 3, 4: 1}, {}),
+        ("FOR I%=3 TO 1 STEP -1\nSGI0=I%\nNEXT", {1: 1, 2: 3, 3: 3}, {}),
+        (
+            "A%=3\nFOR I%=1 TO A%\nSGI0=I%\nNEXT\nSGI0=9",
+            {1: 1, 2: 1, 3: 3, 4: 3, 5: 1},
+            {"FOR I%=1 TO A%: a round": 3, "FOR I%=1 TO A%: no round": 0},
+        ),
+        (
+            "FOR J%=1 TO 2\nFOR I%=J% TO 1\nSGI0=I%\nNEXT\nNEXT",
+            {1: 1, 2: 2, 3: 1, 4: 1, 5: 2},
+            {"FOR I%=J% TO 1: a round": 1, "FOR I%=J% TO 1: no round": 1},
+        ),
         (
             "A%=8\nSELECT A%\nCASE 1\nSGI0=1\nCASE 8,9\nSGI0=2\nCASE ELSE\nSGI0=3\nEND SELECT",
             {1: 1, 2: 1, 3: 1, 4: 0, 5: 1, 6: 1, 8: 0},

@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
+from structured_text.engines.matiec.faults import places
 from structured_text.errors import InputError
+from structured_text.language.checked import analysed
 from structured_text.language.portability import lint
 
 Captured = pytest.CaptureFixture[str]
@@ -196,3 +199,46 @@ def test_the_library_has_rules_of_its_own(tmp_path: Path, text: str, finding: st
     file = write(tmp_path, "WORDS", text)
     assert any(finding in one.text for one in lint([file], library=[file], prefix="RCX_"))
     assert not any(finding in one.text for one in lint([file]))
+
+
+def test_a_fault_of_matiec_is_a_warning_with_all_its_lines(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    """Without matiec, too. Source: docs/reference/engines.md."""
+    text = "PROGRAM Main\nVAR V : STRING; END_VAR\n  V := 'a$Nb';\n  V := 'c$0Ad';\nEND_PROGRAM\n"
+    file = write(tmp_path, "Main", text)
+    assert main(["check", str(file)]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith(f"{file}:3:10: warning: $ escape before 0 to 9 or A to F in a text ")
+    assert "($Nb; also line 4): matiec joins the escape and the next characters into" in first
+
+
+def test_a_program_that_matiec_cannot_compile_is_no_error(tmp_path: Path, capsys: Captured) -> None:
+    """Source: docs/reference/engines.md."""
+    text = "PROGRAM Main\nVAR V : STRING; END_VAR\n  V := 'a$Lb';\nEND_PROGRAM\n"
+    file = write(tmp_path, "Main", text)
+    assert main(["check", str(file)]) == 0
+    out = capsys.readouterr().out
+    assert "$L in a text: matiec makes C code that does not compile; write $N" in out
+    assert out.endswith("; matiec cannot compile it: it runs on the built-in engine only\n")
+
+
+@pytest.mark.parametrize("wrong", ["A : FB_MovPtp;", "A : FB_MOVE_PTP;"])
+def test_a_block_of_the_library_is_proposed_for_an_unknown_one(
+    wrong: str, tmp_path: Path, capsys: Captured
+) -> None:
+    """Source: plc/lib."""
+    file = write(tmp_path, "Main", f"PROGRAM Main\nVAR {wrong} END_VAR\nEND_PROGRAM\n")
+    assert main(["check", str(file)]) == 2
+    assert "did you mean FB_MovePtp" in capsys.readouterr().err
+
+
+@pytest.mark.exhaustive
+def test_no_fault_of_matiec_concerns_the_examples(repository: Path) -> None:
+    """Source: the examples' traces, which are the same on matiec."""
+    folders = [file.parent for file in (repository / "plc" / "examples").rglob("*.st")]
+    assert len(folders) > 15
+    for folder in dict.fromkeys(folders):
+        project, _ = analysed(source_files([folder]).all)
+        assert project is not None
+        assert [str(place) for place in places(project)] == []

@@ -165,7 +165,7 @@ def test_bad_input_is_one_line(trace: Path, tmp_path: Path, capsys: Captured) ->
     empty.write_text('{"format":"rcx-trace/1","by":"rcx scan"}\n', encoding="utf-8")
     for arguments, message in (
         ([str(tmp_path / "none.pcap")], "cannot be read"),
-        ([str(empty)], "the recording contains neither the PLC"),
+        ([str(empty)], "the recording contains neither the PLC's nor the controller's data"),
         ([str(trace), "--robot", str(robot)], "the recording has areas of 48 bytes, not 256"),
         ([str(trace), "--controller", "here"], "--controller 'here' is not an IPv4 address"),
         ([str(trace), "--tolerance", "-1ms"], "--tolerance: '-1ms' is not a duration"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -189,3 +190,41 @@ def test_tests_on_a_bench_judge_mutants_of_a_program(motor: str, tmp_path: Path)
     assert main(["mutants", motor, *options, "--", "pytest", "-q", "-p", "no:cacheprovider"]) == 0
     found = json.loads(Path("found.json").read_text(encoding="utf-8"))["mutants"]
     assert found["killed"] == found["mutants"] > 0
+
+
+_TIMES = """PROGRAM Main
+  VAR D : DINT; END_VAR
+  D := TIME_TO_DINT(T#2s);
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize(
+    ("options", "value"), [([], 2), (["--dialect", "codesys"], 2000), (["--dialect", "iec"], 2)]
+)
+def test_a_program_is_computed_in_the_dialect_that_the_user_names(
+    motor: str, options: list[str], value: int
+) -> None:
+    """Source: docs/reference/language.md, dialects."""
+    Path(motor).write_text(_TIMES, encoding="utf-8")
+    run = ["run", motor, "--no-robot", "--for", "20ms", "--watch", "Main.D", "--trace", "t.jsonl"]
+    assert main([*run, *options]) == 0
+    last = json.loads(Path("t.jsonl").read_text(encoding="utf-8").splitlines()[-1])
+    assert last["vars"] == {"Main.D": value}
+    assert os.environ.get("RCX_DIALECT") is None
+
+
+@pytest.mark.parametrize("command", ["run", "check", "prove", "explore", "campaign", "sweep"])
+def test_an_unknown_dialect_is_bad_input(motor: str, command: str, capsys: Captured) -> None:
+    """Source: docs/reference/cli.md, exit codes."""
+    assert main([command, motor, "--dialect", "codsys"]) == 2
+    assert "there is no dialect 'codsys'; did you mean codesys" in capsys.readouterr().err
+
+
+def test_a_launch_of_the_debugger_may_name_the_dialect(motor: str) -> None:
+    """Source: docs/how-to/debug.md."""
+    Path(motor).write_text(_TIMES, encoding="utf-8")
+    machine = launched(
+        {"program": motor, "noRobot": True, "dialect": "tia", "for": "1s"}, []
+    ).machine
+    assert machine.program.project.dialect == "tia"

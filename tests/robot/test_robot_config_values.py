@@ -11,6 +11,7 @@ from rcx_harness.robot import Axis, RobotConfig, RobotProgram
 from structured_text.errors import InputError
 
 _FALSE = """
+    power_clears_variables
     program_error_is_serious
     pendant_authority safety_disables_inputs program_is_reset recovery_edges
     power_on_emergency_alarm reset_in_emergency_stop servo_on_with_alarm restart_begins_anew

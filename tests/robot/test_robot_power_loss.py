@@ -137,6 +137,27 @@ def test_outputs_at_power_on(clears: bool, kept: int) -> None:
     assert found == [0, kept, kept, kept, kept, kept, 0]
 
 
+@pytest.mark.parametrize(
+    ("clears", "integer", "real"),
+    [(False, (7, 0), (0x0000, 0x40E0)), (True, (0, 0), (0, 0))],
+)
+def test_static_variables_at_power_on(
+    clears: bool, integer: tuple[int, int], real: tuple[int, int]
+) -> None:
+    """SGI30 and SGR2 are variables 30 and 258; 7.0 is 16#40E00000.
+
+    Rule: static-variables. Source: remote command guide 4.4.1.
+    """
+    values = {"SGI30": 7, "SGR2": 7.0}
+    master = powered_up(variables=values, power_clears_variables=clears)
+    assert master.execute(0x0214, 0, 30)[4:6] == (7, 0)
+    master.robot.inject("power_cycle")
+    master.run(300)
+    _send(master, 0x0041)
+    assert master.execute(0x0214, 0, 30)[4:6] == integer
+    assert master.execute(0x0214, 0, 258)[4:6] == real
+
+
 def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
     """The inputs belong to the surroundings, like switches and stops. Rule: power-on-state."""
     master = powered_up(parallel_io="valid")

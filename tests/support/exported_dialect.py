@@ -117,7 +117,7 @@ def _changes(
         if node[0] == "CallStatement" and node[1][1] in pins:
             name = ("Name", pins[node[1][1]], None)
             (clock,) = (one for one in node[2] if one[1][1] == "CLK")
-            return (*node[:2], [("Argument", name, *map(changed, clock[2:]))], None)
+            return (*node[:2], [("Argument", name, *map(changed, clock[2:]))], *node[3:])
         if node[0] == "Call":
             return called(node[1][1], node[2])
         return tuple(changed(one) for one in node)

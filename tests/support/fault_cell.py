@@ -104,28 +104,41 @@ def place(block: str, name: str) -> str:
     return name if name.partition("[")[0] in shared else f"Block.{name}"
 
 
+@lru_cache(maxsize=1)
+def heads() -> Sequence[tuple[Path, s.Pou]]:
+    """Return the declarations of each function block of plc/lib, without its statements.
+
+    Reading the statements takes most of the time, and no test needs them at its collection.
+    """
+    found = []
+    for file in LIBRARY:
+        if file.stem.startswith("FB_"):
+            head, mark, _ = file.read_text(encoding="utf-8").rpartition("END_VAR")
+            text = f"{head}{mark}\nEND_FUNCTION_BLOCK\n"
+            found += [
+                (file, pou)
+                for pou in parse_text(text, file).declarations
+                if isinstance(pou, s.Pou) and pou.kind == "FUNCTION_BLOCK"
+            ]
+    return found
+
+
 def _blocks() -> Iterator[tuple[str, list[str], dict[str, str]]]:
     outside = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
-    for file in LIBRARY:
-        if not file.stem.startswith("FB_"):
-            continue
-        head, mark, _ = file.read_text(encoding="utf-8").rpartition("END_VAR")
-        text = f"{head}{mark}\nEND_FUNCTION_BLOCK\n"  # the statements take most of the time
-        for pou in parse_text(text, file).declarations:
-            if isinstance(pou, s.Pou) and pou.kind == "FUNCTION_BLOCK":
-                pins = [
-                    (one.kind, name.text, decl.spec)
-                    for one in pou.sections
-                    if one.kind in outside
-                    for decl in one.variables
-                    for name in decl.names
-                ]
-                shared = {
-                    name: kind.name.text
-                    for section, name, kind in pins
-                    if section == "VAR_IN_OUT" and name != "Robot" and isinstance(kind, s.NamedSpec)
-                }
-                yield pou.name.text, [name for _, name, _ in pins], shared
+    for _, pou in heads():
+        pins = [
+            (one.kind, name.text, decl.spec)
+            for one in pou.sections
+            if one.kind in outside
+            for decl in one.variables
+            for name in decl.names
+        ]
+        shared = {
+            name: kind.name.text
+            for section, name, kind in pins
+            if section == "VAR_IN_OUT" and name != "Robot" and isinstance(kind, s.NamedSpec)
+        }
+        yield pou.name.text, [name for _, name, _ in pins], shared
 
 
 def _program(block: str, helpers: Sequence[str]) -> str:

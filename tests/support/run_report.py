@@ -6,9 +6,11 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 
+from tiers import ENGINES
+
 #: Reasons that mean the same to a reader, and the words for them. The first match counts.
 _SAME = (
-    (r"matiec|STruC\+\+|strucpp", "need matiec or STruC++: docs/reference/engines.md"),
+    (ENGINES, "need matiec or STruC++: docs/reference/engines.md"),
     (r"C compiler|no cc", "need a C compiler"),
     (r"npm|site", "need the built site: make site-test"),
     (r"package index", "need a package index: make test-all with pytest -m external"),

@@ -6,9 +6,13 @@ ids: `@pytest.mark.exhaustive(but=["FB_ServoOn", "FB_MovePtp"])`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
 import pytest
+
+#: What the reason of a skipped test names if an engine is missing.
+ENGINES = r"matiec|STruC\+\+|strucpp"
 
 
 def keep_samples(items: Iterable[pytest.Item], *, whole: bool) -> None:
@@ -33,3 +37,26 @@ def keep_samples(items: Iterable[pytest.Item], *, whole: bool) -> None:
     if whole and wanted != found:
         gone = ", ".join(sorted(wanted - found))
         raise pytest.UsageError(f"no such tests, though exhaustive(but=...) names them: {gone}")
+
+
+def without_engine(items: list[pytest.Item]) -> list[str]:
+    """Take the tests of engines that are not installed out of the list.
+
+    There are thousands of them, and to report each as skipped costs more than many a test.
+
+    Args:
+        items: The collected tests; those that remain.
+
+    Returns:
+        The reason of each test that was taken out.
+    """
+    reasons = {item: reason for item in items if (reason := _missing_engine(item))}
+    items[:] = [item for item in items if item not in reasons]
+    return list(reasons.values())
+
+
+def _missing_engine(item: pytest.Item) -> str:
+    for mark in item.iter_markers("skipif"):
+        if mark.args[0] is True and re.search(ENGINES, mark.kwargs["reason"]):
+            return str(mark.kwargs["reason"])
+    return ""

@@ -10,6 +10,7 @@ import pytest
 
 from structured_text.engines import load as engines
 from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.matiec import faults
 from structured_text.engines.matiec.program import MatiecProgram
 
 #: 4 statements, 2 branches, 1 condition; line 6 runs where Start is TRUE.
@@ -230,6 +231,7 @@ def test_a_run_on_another_engine_is_reported_as_not_counted(
     """A test may demand an engine that cannot count; it is not refused for that."""
     monkeypatch.setattr(engines, "find_matiec", object)
     monkeypatch.setattr(engines, "find_c_compiler", lambda: "cc")
+    monkeypatch.setattr(faults, "is_new", lambda _: True)
     monkeypatch.setattr(MatiecProgram, "build", lambda project, *_: BuiltinProgram.build(project))
     demands = "import pytest\n@pytest.mark.rcx(engine='matiec')\ndef test_matiec(cell): pass\n"
     result = run(demands + _DARK, "--rcx-coverage")

@@ -57,6 +57,29 @@ def test_a_green_run_says_what_was_left_out(suite: pytest.Pytester) -> None:
     result.assert_outcomes(passed=2, skipped=1, deselected=3)
 
 
+def test_tests_of_a_missing_engine_are_counted_and_not_run(suite: pytest.Pytester) -> None:
+    """A test that the user names is reported as skipped instead."""
+    suite.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.skipif(True, reason="matiec not found: set RCX_MATIEC")
+        def test_compiled(): raise AssertionError("it must not run")
+
+        @pytest.mark.skipif(False, reason="matiec not found: set RCX_MATIEC")
+        def test_found(): pass
+        """
+    )
+    line = "       1 need matiec or STruC++: docs/reference/engines.md"
+    result = suite.runpytest_inprocess("-p", "no:xdist")
+    result.stdout.fnmatch_lines(["skipped:", line])
+    result.assert_outcomes(passed=1)
+    name = "test_tests_of_a_missing_engine_are_counted_and_not_run.py::test_compiled"
+    result = suite.runpytest_inprocess("-p", "no:xdist", name)
+    result.stdout.fnmatch_lines(["skipped:", line])
+    result.assert_outcomes(skipped=1)
+
+
 def test_a_red_run_says_how_to_repeat_a_failure(suite: pytest.Pytester) -> None:
     suite.makepyfile(_TESTS.format(red=False))
     result = suite.runpytest_inprocess("-p", "no:xdist", "-s", "--order=reverse")

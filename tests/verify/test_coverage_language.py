@@ -134,7 +134,7 @@ def test_coverage_ends_no_run_that_goes_on_without_it(run: Run) -> None:
 
 
 def test_a_conversion_behind_and_is_looked_at_and_a_root_is_not(run: Run) -> None:
-    """A conversion ends no run, whatever it is given; a root of a negative number does."""
+    """A conversion of a whole number ends no run; a root of a negative number does."""
     declared = "    i : INT;\n    r : REAL;\n    Good : BOOL;\n"
     body = "  Good := i > 0 AND INT_TO_REAL(i) < 3.0;\n  Good := i > 0 AND SQRT(r) < 3.0;\n"
     result = run(body, declared, {"i": 0})

@@ -78,7 +78,7 @@ def test_an_empty_library_is_refused_and_that_of_the_package_not_taken(tmp_path:
     """Source: `rcx campaign --help`, --lib: folder of the library."""
     feeder(tmp_path)
     (empty := tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match=r"--lib .*empty has no ST file; name the folder"):
+    with pytest.raises(InputError, match=r"--lib .*empty has no ST file; name a folder"):
         CellsOf.of([tmp_path / "Feeder.st"], {"engine": "builtin", "lib": empty})
 
 

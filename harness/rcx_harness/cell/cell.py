@@ -188,6 +188,8 @@ class Cell(Bench):
         watch: str | Sequence[str] = (),
         positions: str = "",
         replace: Mapping[str, str | Path] | None = None,
+        dialect: str | None = None,
+        device: str = "",
         connect: Elsewhere | None = None,
         keep: int = KEPT,
         through: Callable[[Program], Program] = lambda program: program,
@@ -217,6 +219,9 @@ class Cell(Bench):
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             positions: `"pulses"` or `"mm"`: the trace records the positions of the robots.
             replace: ST files for POUs of a project, by the POU's name.
+            dialect: The tool as which the program is computed; default: that of the project's
+                format, or plain Structured Text.
+            device: The device to read of a project with several devices.
             connect: An external controller instead of a virtual one; `robot` must be None then, and
                 `link` is not used.
             keep: Number of records of the trace in memory; each snapshot has them.
@@ -232,7 +237,7 @@ class Cell(Bench):
             compiled, leave = program, _keep
             compiled.fresh()
         else:
-            files = source_files(program, lib, replace)
+            files = source_files(program, lib, replace, dialect, device)
             check_outputs({"trace": trace}, files, *several(robot))
             compiled = Compiled.take(files, engine)
             leave = compiled.leave
@@ -241,6 +246,7 @@ class Cell(Bench):
             timing = Timing.make(
                 scan=period, rpi=rpi, jitter=jitter, timeout=timeout, phases=phases, seed=seed
             )
+            compiled.program.pace(timing.scan_us)
             members = make_members(
                 *(robot, link),
                 size=size,

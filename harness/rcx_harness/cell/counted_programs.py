@@ -96,6 +96,7 @@ class _Counter:
 
     def __init__(self, robot: Controller, counted: dict[str, tuple[Plan, CountedText]]) -> None:
         self._robot, self._counted = robot, counted
+        self._before: dict[int, int] = {}  # the instruction that each task has executed last
 
     def begins(self, task: RobotTask, at: int) -> None:
         """Count an instruction."""
@@ -105,10 +106,14 @@ class _Counter:
     def ends(self, task: RobotTask, at: int, to: int) -> None:
         """Count the branch that was taken."""
         found, one = self._counted.get(task.program.name), task.code.code[at]
+        before, self._before[task.number] = self._before.get(task.number, -1), at
         if found is None or at not in found[0].ways or to not in (NEXT, one.jump):
             return  # an error in the condition takes no branch
         holds, fails = found[0].ways[at]
-        counter = holds if self._holds(task, one, to) else fails
+        held = self._holds(task, one, to)
+        counter = holds if held else fails
+        if one.kind == "for_test" and not held and before > at:
+            return  # the loop has had a round, and ends
         if counter >= 0:
             found[1].counters[counter] += 1
 
@@ -129,8 +134,8 @@ class _Counter:
 def plan_of(program: Program, offset: int = 0) -> Plan:
     """Return the counters of a program; its first line is behind line `offset` of the file.
 
-    Branches are those of IF, ELSEIF and WHILE, the CASE of a SELECT, and of a WAIT with a time
-    limit, whether it ends in time.
+    Branches are those of IF, ELSEIF and WHILE, the CASE of a SELECT, of a FOR whose limits are not
+    constant, whether it has a round, and of a WAIT with a time limit, whether it ends in time.
     """
     alone = _reached_alone(program)
     size, branches, ways = len(program.code), list[TextBranch](), dict[int, tuple[int, int]]()
@@ -145,7 +150,7 @@ def plan_of(program: Program, offset: int = 0) -> Plan:
             forks[one.jump] = fork
         counters = [-1, -1]
         for place, target, text in shown:
-            own = target not in alone or one.kind == "wait"
+            own = target not in alone or one.kind in ("wait", "for_test")
             counter = size if own else target
             line = one.line if own else program.code[target].line
             if own:
@@ -168,9 +173,19 @@ def _ways(program: Program, at: int, one: Instruction) -> Iterator[tuple[int, in
             before = program.code[one.jump - 1]
             otherwise = before.kind == "leave" and before.line > one.line
             yield 1, one.jump, "CASE ELSE" if otherwise else "SELECT without a CASE that fits"
+    elif one.kind == "for_test" and not _constant(program.code[at - 3 : at]):
+        yield 0, at + 1, f"{text}: a round"
+        yield 1, one.jump, f"{text}: no round"
     elif one.kind == "wait" and one.args[1] is not None:
         yield 0, at + 1, f"{text}: in time"
         yield 1, at + 1, f"{text}: time-out"
+
+
+def _constant(assignments: Sequence[Instruction]) -> bool:
+    """Return whether the first value, the limit and the step of a FOR are numbers."""
+    values = (one.args[1] for one in assignments)
+    signless = (one.args[0] if one.kind == "negative" else one for one in values)
+    return all(one.kind == "number" for one in signless)
 
 
 def _begin_of(one: Instruction, at: int) -> int:

@@ -81,7 +81,7 @@ class OwnNetwork(Protocol):
     """A link with a network of its own instead of `PacketNetwork`."""
 
     def network(self, agenda: Agenda, *, matched: bool) -> Network:
-        """Return the network for a cell with this agenda; see `PacketNetwork` for `matched`."""
+        """Return the network of the link in a cell; `PacketNetwork` explains `matched`."""
 
 
 def make_network(

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from structured_text.errors import InputError
+from structured_text.errors import InputError, did_you_mean, similar
 from structured_text.language.library import Names
 from structured_text.projects import sources
 from structured_text.projects.sources import Files, SourceFiles
@@ -22,6 +22,8 @@ def source_files(
     program: Files,
     lib: str | Path | None = None,
     replace: Mapping[str, str | Path] | None = None,
+    dialect: str | None = None,
+    device: str = "",
 ) -> SourceFiles:
     """Find the files of a program, and those of the library that it needs.
 
@@ -30,8 +32,11 @@ def source_files(
         lib: Folder of the library, searched with its subfolders; None for the one of this
             package.
         replace: Files with Structured Text for POUs of a project, by name.
+        dialect: The tool as which the program is computed; None for that of its format.
+        device: The device to read of a project with several devices.
     """
-    return sources.source_files(program, default_lib() if lib is None else Path(lib), replace)
+    folder = default_lib() if lib is None else Path(lib)
+    return sources.source_files(program, folder, replace, dialect, device)
 
 
 def library_folder(lib: str | Path | None) -> Path:
@@ -52,19 +57,26 @@ def library_names(lib: str | Path | None = None) -> Names:
 
 
 def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
-    """Return an error in a program with a hint at `--lib`, if that library lacks the name.
+    """Return an error about an unknown name with a hint at the library.
 
-    The hint is added only if the library of this package declares it.
+    The hint names a block of the library with a similar name, or `--lib` if that library lacks a
+    name that the library of this package declares.
     """
-    missing = re.match(r"there is no (?:type|function) (\w+)", error.message)
-    if lib is None or missing is None or not any(default_lib().rglob(f"{missing[1]}.st")):
+    missing = re.match(r"there is no (?:type|function) (\w+)|(\w+) is not declared", error.message)
+    if missing is None or error.hint.startswith("did you mean"):
         return error
+    name = missing[1] or missing[2]
+    folder = default_lib() if lib is None else Path(lib)
+    if lib is not None and any(default_lib().rglob(f"{name}.st")):
+        hint = (
+            f"--lib {lib} does not declare it; leave out --lib to use the library in this package"
+        )
+    else:
+        hint = (
+            did_you_mean(similar(name, (file.stem for file in folder.rglob("*.st")))) or error.hint
+        )
     return InputError(
-        error.message,
-        file=error.file,
-        line=error.line,
-        column=error.column,
-        hint=f"--lib {lib} does not declare it; leave out --lib to use the library in this package",
+        error.message, file=error.file, line=error.line, column=error.column, hint=hint
     )
 
 

@@ -54,6 +54,9 @@ PANELS = {
         ),
     },
     "Verify": {
+        "test": (
+            "Run the unit tests of a program: TcUnit suites, in virtual time, without TwinCAT."
+        ),
         "campaign": ("Run a cell with random faults, and report which rules and properties break."),
         "sweep": (
             "Inject a fault at every scan of a good run, and report when the cell does not recover."
@@ -98,12 +101,14 @@ _HOMES = {
     "import": ("import_", "import_"),
     "encode": ("codec", "encode"),
     "decode": ("codec", "decode"),
+    "test": ("test_", "test_"),
 }
 
 #: If a command has more options than this, its help shows the rare ones in these panels, by the
 #: names of their parameters. The common options come first.
 _MOST_OPTIONS = 15
 OPTION_PANELS = {
+    "Projects of PLC tools": "replace dialect device",
     "Network and clocks": "link size m n rpi jitter timeout phases on_loss",
     "Real time and other controllers": (
         "realtime panel connect yes input_instance output_instance input_size output_size "

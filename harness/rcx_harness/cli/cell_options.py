@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from rcx_harness.cell import Cell
-from rcx_harness.cli.options import Lib, Replace, Sources, replacements
+from rcx_harness.cli.options import Device, Dialect, Lib, Replace, Sources, replacements
 from structured_text.bench.agenda import Duration
 
 __all__ = ["CellOptions"]
@@ -29,6 +29,8 @@ class CellOptions:
     files: Sources
     lib: Lib = None
     replace: Replace = None
+    dialect: Dialect = None
+    device: Device = ""
     scan: Annotated[
         str | None, typer.Option(help="Period of the PLC. Default: its task's interval, or 10ms.")
     ] = None

@@ -2,23 +2,40 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from collections.abc import Sequence
+from dataclasses import replace as replace_source
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rcx_harness.cell.sources import blame_lib, library_names, source_files
-from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
+from rcx_harness.cli.options import (
+    Device,
+    Dialect,
+    Lib,
+    Replace,
+    Sources,
+    counted,
+    replacements,
+)
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
 from rcx_harness.watch.image_source import image_use
 from structured_text.errors import InputError, legible
 from structured_text.export.refused import Tool, refused, tools
 from structured_text.language.checked import analysed, load
+from structured_text.language.load import first_errors
 from structured_text.language.portability import LintFinding, lint, unportable
 from structured_text.language.project import Project
+from structured_text.language.unread import unread_bodies
+from structured_text.output.files import replace_files
 from structured_text.projects.sources import SourceFiles
+
+if TYPE_CHECKING:
+    from structured_text.engines.matiec.faults import Place
 
 __all__ = ["check"]
 
@@ -30,9 +47,15 @@ def check(
     files: Sources,
     lib: Lib = None,
     replace: Replace = None,
+    dialect: Dialect = None,
+    device: Device = "",
     lint_only: Annotated[
         bool, typer.Option("--lint", help="Check the portability rules only, for every file.")
     ] = False,
+    stubs: Annotated[
+        Path | None,
+        typer.Option(help="Write interfaces for what is missing, as ST files, into this folder."),
+    ] = None,
     tool: Annotated[
         str | None,
         typer.Option("--for", help=f"Only what this tool refuses: {', '.join(tools())}."),
@@ -46,6 +69,9 @@ def check(
     Robot programs (.PGM) and files with all data of a controller (.ALL) are checked, too: all
     statements, blocks, labels, ports and tasks.
 
+    With --stubs DIR the command writes the interface of each type, block and function of a library
+    that is not given, as far as your files show it, and checks your files with these interfaces.
+
     With --for NAME the command also lists what this PLC tool refuses in your files, and what it
     may refuse because no public document answers the question.
 
@@ -56,6 +82,8 @@ def check(
         raise InputError(f"--for {tool}: no such tool", hint=f"use {', '.join(tools())}")
     if tool is not None and lint_only:
         raise InputError("--for and --lint exclude each other")
+    if stubs is not None and lint_only:
+        raise InputError("--stubs and --lint exclude each other")
     programs = [file for file in files or () if file.suffix.lower() in _ROBOT_FILES]
     if programs:
         from rcx_harness.cli.robot_files import check_robot_files  # only they need the controller
@@ -65,10 +93,16 @@ def check(
         if not files:
             return
     # With --lint each file is looked at by itself: folders with several programs go at once.
-    sources = source_files(files, lib, replacements(replace))
+    sources = source_files(files, lib, replacements(replace), dialect, device)
     for note in sources.notes:
         print(legible(f"note: {note}"))
-    project, errors = (None, []) if lint_only else analysed(sources.all)
+    if stubs is not None:
+        sources = _with_stubs(sources, stubs)
+    project, errors = (None, []) if lint_only else analysed(sources.all, sys.maxsize)
+    if errors:
+        from structured_text.projects.missing import by_library
+
+        errors = first_errors(by_library(errors, sources.missing, sources.declared))
     for error in errors:
         print(f"error: {blame_lib(error, lib)}", file=sys.stderr)
     if errors:
@@ -84,6 +118,8 @@ def check(
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
         findings += [LintFinding(*one, strict=False) for one in first_mistakes(users, library)]
         findings += unportable(project.uses if project else (), library)
+        faulty = _faults(project)
+        findings += [LintFinding(one.file, one.at, one.text, strict=False) for one in faulty]
         findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:
         print(legible(str(finding)))
@@ -95,10 +131,35 @@ def check(
         warnings = counted(len(findings) - strict, "warning")
         print(
             f"{files_read} checked with the library: no errors, {broken}, {warnings}"
-            f"{_compile(sources, project)}"
+            f"{_compile(sources, project, faulty)}"
         )
     if strict:
         raise typer.Exit(1)
+
+
+def _with_stubs(sources: SourceFiles, folder: Path) -> SourceFiles:
+    """Write an interface for each missing name, and return the sources with these files.
+
+    Raise InputError if a file exists already: it may be the user's.
+    """
+    from structured_text.projects.stubs.write import infer_stubs
+
+    found = infer_stubs(sources.all, sources.missing, sources.declared)
+    there = [folder / name for name in found.texts if os.path.lexists(folder / name)]
+    if there:
+        others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""
+        raise InputError(
+            f"is there already{others}; nothing was written",
+            file=there[0],
+            hint=f"name {folder} as a source, too, or another folder for --stubs",
+        )
+    files = {folder / name: text for name, text in found.texts.items()}
+    replace_files(files)
+    if files:
+        print(f"written: {counted(len(files), 'interface')} in {folder}; check it with the program")
+    else:
+        print("nothing is missing: no interface was written")
+    return replace_source(sources, own=(*sources.own, *files))
 
 
 def _refused(
@@ -119,10 +180,21 @@ def _refused(
         raise typer.Exit(1)
 
 
-def _compile(sources: SourceFiles, project: Project | None) -> str:
+def _faults(project: Project | None) -> list[Place]:
+    """Return the known faults of matiec that concern the program, if matiec takes it at all."""
+    if project is None or project.uses:
+        return []
+    from structured_text.engines.matiec.faults import places, warnings
+
+    return warnings(places(project))
+
+
+def _compile(sources: SourceFiles, project: Project | None, faulty: Sequence[Place]) -> str:
     """Compile with matiec too, if there is something to run that it knows."""
     if project is not None and project.uses:
         return "; not portable: it runs on the built-in engine only"
+    if any(one.fault.refused for one in faulty):
+        return "; matiec cannot compile it: it runs on the built-in engine only"
     from structured_text.engines.matiec.build import find_matiec
     from structured_text.engines.native.toolchain import find_c_compiler
 
@@ -131,7 +203,17 @@ def _compile(sources: SourceFiles, project: Project | None) -> str:
         return "; matiec not found, compiled by the front end only"
     if project is None or not any(pou.kind == "PROGRAM" for pou in project.pous.values()):
         return "; no PROGRAM among them, nothing for matiec to compile"
+    if unread_bodies(sources.all):
+        return "; matiec does not compile bodies in other languages"
     from structured_text.engines.matiec.program import MatiecProgram
 
-    MatiecProgram.build(load(sources.all), matiec, compiler).close()
+    try:
+        MatiecProgram.build(load(sources.all), matiec, compiler).close()
+    except InputError as error:
+        return f"; the built-in engine runs it, matiec does not: {error}"
+    from structured_text.engines.matiec.faults import is_new
+
+    other = "old" if is_new(matiec) else "new"
+    if any(one.fault.versions != other for one in faulty):
+        return "; matiec compiles them too, with the faults above: use the built-in engine"
     return "; matiec compiles them too"

@@ -47,8 +47,20 @@ _EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
 
 #: The options of `rcx run` that a launch may give; all others write files, or leave virtual time.
 _OPTIONS = (
-    *("duration", "scan", "stimulus", "robot", "lib", "replace", "size", "m", "n", "seed"),
-    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot"),
+    *(
+        "duration",
+        "scan",
+        "stimulus",
+        "robot",
+        "lib",
+        "replace",
+        "device",
+        "size",
+        "m",
+        "n",
+        "seed",
+    ),
+    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot", "dialect"),
 )
 #: The variable that may hold the token of the port, and how long such a token is at least.
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
@@ -233,7 +245,10 @@ def _of_cell(options: RunOptions) -> Launched:
     cell: Bench
     try:
         if options.no_robot:
-            files = source_files(list(options.files), options.lib, replacements(options.replace))
+            replaced = replacements(options.replace)
+            files = source_files(
+                list(options.files), options.lib, replaced, options.dialect, options.device
+            )
             cell = options.bench(files, **built)
         else:
             cell = Cell.build(list(options.files), **{**options.of_cell(), **built})

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions, WorkersOrNone
-from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
+from rcx_harness.cli.options import Dialect, Lib, Sources, counted, duration_us, with_options
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.console import quoted
@@ -42,6 +42,7 @@ class Options(FarmOptions):
 
     files: Sources
     lib: Lib = None
+    dialect: Dialect = None
     inputs: Annotated[
         list[str] | None,
         typer.Option(

@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli.options import counted
+from rcx_harness.cli.options import Device, counted
 from structured_text.errors import InputError, legible
+from structured_text.language.dialects import rules_of
 from structured_text.output.files import replace_files
 from structured_text.projects.formats import is_project
 from structured_text.projects.open import read_project
@@ -27,6 +28,7 @@ def import_(
         ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")],
+    device: Device = "",
     force: Annotated[
         bool, typer.Option("--force", help="Overwrite files of the same names.")
     ] = False,
@@ -46,7 +48,7 @@ def import_(
                 file=file,
                 hint="name a PLCopen .xml, a TwinCAT folder or .plcproj, an .L5X or an .scl",
             )
-    project = read_project(named)
+    project = read_project(named, device)
     texts = st_texts(project)
     there = [out / name for name in texts if os.path.exists(out / name)]
     if there and not force:
@@ -64,5 +66,9 @@ def import_(
         says = f"not carried: {unit.file}:{body.at}: the body of {name} {body.says}"
         print(legible(says))
     print(f"written: {counted(len(texts), 'file')} in {out}")
+    spoken = dict.fromkeys(name for name, _ in project.dialects if not rules_of(name).is_standard)
+    if len(spoken) == 1:
+        # An .st file does not say the tool that it comes from.
+        print(f"run it as the project: rcx run {out} --dialect {next(iter(spoken))}")
     if foreign:
         raise typer.Exit(1)

@@ -18,7 +18,7 @@ from rich.table import Table
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
-from rcx_harness.cli.options import Lib, with_options
+from rcx_harness.cli.options import Dialect, Lib, with_options
 from structured_text.coverage.output import check_fail_under
 from structured_text.errors import InputError
 from structured_text.output.reading import check_file
@@ -37,6 +37,7 @@ class Options(FarmOptions):
 
     files: Annotated[list[Path], typer.Argument(help="ST files of the program, or folders.")]
     lib: Lib = None
+    dialect: Dialect = None
     minutes: Annotated[
         float | None,
         typer.Option(help="Time after which no new mutant begins; the next call continues."),

@@ -13,10 +13,13 @@ import typer
 
 from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from structured_text.errors import InputError
+from structured_text.language.dialects import using
 from structured_text.output.reading import check_file
 from structured_text.output.units import parse_us
 
 __all__ = [
+    "Device",
+    "Dialect",
     "Lib",
     "Replace",
     "Sources",
@@ -48,6 +51,18 @@ Replace = Annotated[
         help="Use this ST file instead of a POU of a project: POU=file.st. May be repeated."
     ),
 ]
+#: The tool as which a program is computed.
+Dialect = Annotated[
+    str | None,
+    typer.Option(
+        help="The tool as which the program is computed, such as codesys or tia. "
+        "Default: that of the project's format, or iec."
+    ),
+]
+#: The device of a project.
+Device = Annotated[
+    str, typer.Option(help="The device to read, if a project in PLCopen XML has several.")
+]
 #: The library to use.
 Lib = Annotated[
     Path | None, typer.Option(help="Folder of the library. Default: the library in this package.")
@@ -67,7 +82,8 @@ def with_options(
                 from rcx_harness.cli.no_robot import refuse
 
                 refuse(one for one in values if not _is_default(context, one))
-            command(options(**values))
+            with using(values.get("dialect")):
+                command(options(**values))
 
         with_values.__name__, with_values.__doc__ = command.__name__, command.__doc__
         hints = get_type_hints(options, include_extras=True)

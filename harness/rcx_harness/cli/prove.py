@@ -14,8 +14,17 @@ from rich.table import Table
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
-from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
+from rcx_harness.cli.options import (
+    Dialect,
+    Lib,
+    Replace,
+    Sources,
+    counted,
+    duration_us,
+    replacements,
+)
 from structured_text.errors import InputError
+from structured_text.language.dialects import using
 
 __all__ = ["prove"]
 
@@ -34,6 +43,7 @@ def prove(
     files: Sources,
     lib: Lib = None,
     replace: Replace = None,
+    dialect: Dialect = None,
     limit: Annotated[str, typer.Option(help="Time for each property.")] = "60s",
     scan: Annotated[
         str, typer.Option(help="Scan period in the runs that break a property.")
@@ -70,7 +80,8 @@ def prove(
         if not value:
             raise InputError(f"{option} of 0 s is too short", hint=f"use {option} 10ms or longer")
     replaced = replacements(replace)
-    written = JsonOutput(json_file, _BEGINNING, source_files(list(files), lib, replaced).all)
+    sources = source_files(list(files), lib, replaced, dialect)
+    written = JsonOutput(json_file, _BEGINNING, sources.all)
     try:
         from rcx_harness.verify.prove.user import Settings
         from rcx_harness.verify.prove.user import prove as prove_program
@@ -97,7 +108,8 @@ def prove(
             lib=lib,
             replace=replaced,
         )
-        results, inputs = prove_program(files, settings)
+        with using(dialect):
+            results, inputs = prove_program(files, settings)
     with written.apart():
         _print(results, [*inputs, *([] if no_robot else ["and the robot"])])
     rows = json.dumps([asdict(one) for one in results], indent=1)

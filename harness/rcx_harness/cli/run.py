@@ -353,7 +353,10 @@ def _run(
     if not end_us:
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
     line_us = options.line_us
-    files = source_files(list(options.files), options.lib, replacements(options.replace))
+    replaced = replacements(options.replace)
+    files = source_files(
+        list(options.files), options.lib, replaced, options.dialect, options.device
+    )
     check_outputs(options.outputs, files, *several(options.robot), options.stimulus)
     kind: type[stimuli.Stimulus] = no_robot.Stimulus if options.no_robot else Stimulus
     stimulus = kind.load(options.stimulus) if options.stimulus is not None else None

@@ -167,12 +167,16 @@ class Variables:
 
     def __init__(self, config: RobotConfig) -> None:
         self._config = config
-        self.integers = [0] * VARIABLES
-        self.reals = [0.0] * VARIABLES
+        self.clear()
         for name, value in config.variables.items():
             number = variable_number(name)
             assert number is not None, name
             self.assign(number, value)
+
+    def clear(self) -> None:
+        """Set all variables to zero."""
+        self.integers = [0] * VARIABLES
+        self.reals = [0.0] * VARIABLES
 
     def value(self, number: int) -> int | float:
         """Return the variable with that number."""

@@ -87,6 +87,8 @@ class Machine:
         self.powered = self.booted = False
         self.servos.switch_all_off()
         self.settings.lose_power()
+        if self.config.power_clears_variables:
+            self.memory.variables.clear()
         self.pending.clear()
         self._halt(EMERGENCY_STOP)
         self.origins.lose_power()

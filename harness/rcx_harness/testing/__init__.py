@@ -16,6 +16,10 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "choices": ("auto", "matiec", "builtin", "strucpp"),
         "help": "engine of the PLC program",
     },
+    "dialect": {
+        "metavar": "NAME",
+        "help": "the tool as which the program is computed, such as codesys or tia",
+    },
     "link": {"choices": ("direct", "enip"), "help": "network; enip: real EtherNet/IP packets"},
     "seed": {"type": int, "metavar": "N", "help": "seed of all that is drawn"},
     "scan": {"metavar": "TIME", "help": "period of the PLC, as 10ms"},

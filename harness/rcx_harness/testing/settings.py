@@ -17,6 +17,7 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.testing import OPTIONS, VALUES
 from structured_text.engines.load import why_not
 from structured_text.errors import InputError, did_you_mean, near
+from structured_text.language.dialects import rules_of
 from structured_text.output.units import parse_us
 from structured_text.testing.settings import is_on, project
 
@@ -61,6 +62,8 @@ def check_settings(config: pytest.Config) -> None:
         for name in _DURATIONS:
             if name in settings:
                 parse_us(settings[name])
+        if "dialect" in settings:
+            rules_of(settings["dialect"])
         for path in settings.get("robot", ()):
             RobotConfig.load(path)
         if "sources" in settings:
@@ -216,6 +219,8 @@ def _engine(settings: Mapping[str, Any]) -> str:
     engine = str(settings.get("engine", "auto"))
     if engine != "auto":
         return engine
+    if "dialect" in settings and not rules_of(settings["dialect"]).is_standard:
+        return f"builtin (dialect {settings['dialect']})"
     found = _auto_engine()
     return found if found == "matiec" else "builtin (matiec not found)"
 

@@ -332,7 +332,7 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
     bands = timeline.bands(column_widths(timeline, _COLUMN, _box_width), _ROOM)
     labels = time_labels([t_us for band in bands for t_us in band.instants])
     names = [lane.name for lane in timeline.lanes()]
-    left = 24 + round(_LETTER * max(map(len, names)))
+    left = 24 + round(_LETTER * max(map(len, names), default=0))
     widest = max((_lead(band) + sum(band.widths) for band in bands), default=_LEAD + _COLUMN)
     width = left + widest + 10
     top = 44

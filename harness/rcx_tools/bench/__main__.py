@@ -33,7 +33,7 @@ POINTS: dict[str, str] = {
     "speed": "the run of make demo beside real time, start of commands",
     "programs": "a cell with its movements in the robot's program beside remote commands",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
-    "language": "files of public libraries that the front end accepts (RCX_LIBRARIES)",
+    "language": "files of public repositories that the front end accepts (RCX_REPOSITORIES)",
     "suite": "the tests: time, the ten slowest, the same results in any order and processes",
 }
 
@@ -89,7 +89,8 @@ def _points(only: str) -> list[str]:
     """
     wanted = [text.strip() for text in only.split(",") if text.strip()]
     if not wanted:
-        wanted = [one for one in POINTS if one != "language" or "RCX_LIBRARIES" in os.environ]
+        public = "RCX_LIBRARIES" in os.environ or "RCX_REPOSITORIES" in os.environ
+        wanted = [one for one in POINTS if one != "language" or public]
     for point in wanted:
         if point not in POINTS:
             raise InputError(f"there is no point {point!r} to measure", hint=", ".join(POINTS))

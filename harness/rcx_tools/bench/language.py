@@ -1,9 +1,14 @@
-"""Share of the files of public Structured Text libraries that the front end accepts.
+"""Share of the files of public Structured Text that the front end accepts.
 
-The person who measures fetches the libraries. `RCX_LIBRARIES` names their folders or project files,
-separated as in PATH. This repository contains nothing of them. Each entry is one library: its files
-are checked together, because they use each other. In a project of one file (PLCopen XML) each
-declaration counts as a file.
+The person who measures fetches the sources; this repository contains nothing of them.
+
+- `RCX_REPOSITORIES` names the folder with the checkouts of `repositories`. Per repository the bench
+  prints the files that are accepted, that lack a library, that show a gap of the front end, and
+  others, with the reasons ranked by files.
+- `RCX_LIBRARIES` names folders or project files, separated as in PATH. Each entry is one library:
+  its files are checked together, because they use each other.
+
+In a project of one file (PLCopen XML) each declaration counts as a file.
 
 If matiec is available, random calls of POUs that it also accepts are compared (`agreement`).
 """
@@ -13,29 +18,47 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from rich import box
 from rich.console import Console
+from rich.table import Table
 
 from rcx_tools.bench.agreement import compared
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
+from rcx_tools.bench.refusals import Kind, Refusals, classified, references
+from rcx_tools.bench.repositories import DIALECTS, REPOSITORIES, Repository, how_to_get
 from structured_text.engines.matiec.build import find_matiec
 from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.language.load import analyse
+from structured_text.language.source import in_dialect
 from structured_text.projects.formats import is_project
 from structured_text.projects.open import project_sources
 from structured_text.projects.sources import named_files
 
-__all__ = ["CALLS", "LEAST", "Share", "accepted", "measure", "sources_of"]
+__all__ = [
+    "CALLS",
+    "LEAST",
+    "MOST",
+    "Result",
+    "Share",
+    "accepted",
+    "measure",
+    "result",
+    "sources_of",
+]
 
 #: Required share of accepted files in each library [%].
 LEAST = 95.0
+#: Largest share of files of a repository with a gap of the front end [%].
+MOST = 2.0
 #: Number of compared random calls, over all libraries.
 CALLS = 100_000
 _VARIABLE = "RCX_LIBRARIES"
+_FOLDER = "RCX_REPOSITORIES"
 #: Names and numbers in a message; they are removed to group messages by reason.
 _NAMES = re.compile(r"'[^']*'|\b\w*\d\w*\b|\b[A-Z_]\w*\b")
 _SHOWN = 10
@@ -59,6 +82,28 @@ class Share:
     def percent(self) -> float:
         """Return the share of files without an error [%]."""
         return 100.0 * (self.files - len(self.refused)) / self.files
+
+
+@dataclass
+class Result:
+    """The result for a repository.
+
+    Attributes:
+        files: Its measured files.
+        refusals: The refused files.
+    """
+
+    files: list[Path] = field(default_factory=list)
+    refusals: Refusals = field(default_factory=Refusals)
+
+    @property
+    def accepted(self) -> list[Path]:
+        """Return the files without an error."""
+        return [file for file in self.files if file not in self.refusals.files]
+
+    def percent(self, kind: Kind) -> float:
+        """Return the share of the files that are refused for this kind of reason [%]."""
+        return 100.0 * self.refusals.count(kind) / max(1, len(self.files))
 
 
 def sources_of(entry: Path) -> list[Path]:
@@ -95,19 +140,75 @@ def _is_in(file: Path, error: InputError) -> bool:
     return not lines or min(lines) <= (error.line or 0) <= max(lines)
 
 
-def measure(options: Options) -> dict[str, Figure]:
-    """Measure each library of `RCX_LIBRARIES`, and print why files are refused.
+def result(repository: Repository, root: Path) -> Result:
+    """Check the programs of a repository and classify what is refused.
 
     Raises:
-        InputError: the variable is not set, or a library has no sources.
+        InputError: a checkout has not the expected files.
+    """
+    libraries = references(repository.folder(root))
+    found = Result()
+    for entries in repository.programs(root):
+        files, refusals = _program(entries, libraries, repository)
+        known = set(found.files)  # a library of several programs counts once
+        found.files += [file for file in files if file not in known]
+        found.refusals.merge(refusals)
+    return found
+
+
+def _program(
+    entries: Sequence[Path], libraries: frozenset[str], repository: Repository
+) -> tuple[list[Path], Refusals]:
+    """Check the files of a program together; a project that cannot be read counts as a file."""
+    try:
+        named = named_files(entries)
+        projects = [file for file in named if is_project(file)]
+        made = project_sources(projects, {}, repository.device).paths if projects else ()
+    except InputError as error:
+        at = Path(error.file or entries[0])
+        return [at], classified([at], {at: [error]}, libraries, repository.reviewed)
+    files = [*(file for file in named if file not in projects), *made]
+    if dialect := DIALECTS.get(repository.tool):
+        files = [in_dialect(file, dialect) for file in files]
+    _, errors = analyse(files, every=True)
+    places: dict[str, list[Path]] = {}
+    for file in files:
+        places.setdefault(str(file), []).append(file)
+    refused: dict[Path, list[InputError]] = {}
+    for error in errors:
+        for file in places.get(error.file or "", []):
+            if _is_in(file, error):
+                refused.setdefault(file, []).append(error)
+    return files, classified(files, refused, libraries, repository.reviewed)
+
+
+def measure(options: Options) -> dict[str, Figure]:
+    """Measure the repositories and libraries of the user, and print why files are refused.
+
+    Raises:
+        InputError: neither variable is set, a library has no sources, or a checkout is not the
+            measured one.
     """
     entries = [Path(part) for part in os.environ.get(_VARIABLE, "").split(os.pathsep) if part]
-    if not entries:
-        hint = f"set {_VARIABLE} to folders or projects of ST, separated by {os.pathsep!r}"
+    root = os.environ.get(_FOLDER, "")
+    if not entries and not root:
+        hint = (
+            f"set {_VARIABLE} to folders or projects of ST, separated by {os.pathsep!r}; or "
+            f"{_FOLDER} to a folder with these repositories:\n{how_to_get()}"
+        )
         raise InputError("no libraries to measure", hint=hint)
     console = Console(highlight=False, markup=False)
     figures: dict[str, Figure] = {}
     libraries: list[list[Path]] = []
+    if root:
+        for repository, found in _repositories(Path(root), console):
+            gaps = found.percent(Kind.GAP)
+            figures[f"language {repository.name}"] = (
+                shown(gaps, "% of files", f"beyond: {repository.beyond}")
+                if repository.beyond
+                else at_most(gaps, "% of files", MOST)
+            )
+            libraries.append(found.accepted)
     for entry in entries:
         files = sources_of(entry)
         share = accepted(files)
@@ -128,3 +229,42 @@ def measure(options: Options) -> dict[str, Figure]:
     figures["language calls"] = shown(found.calls, "calls", "matiec")
     figures["language differences"] = at_most(len(found.differences), "functions", 0, "matiec")
     return figures
+
+
+def _repositories(root: Path, console: Console) -> Iterator[tuple[Repository, Result]]:
+    """Yield the results of the repositories in a folder, print them and a table of all."""
+    table = Table(box=box.SIMPLE)
+    for title in (
+        "repository",
+        "tool",
+        "files",
+        "accepted",
+        *(kind.value for kind in Kind),
+        "gaps",
+    ):
+        table.add_column(title, justify="left" if title in ("repository", "tool") else "right")
+    for repository in REPOSITORIES:
+        if not repository.folder(root).is_dir():
+            console.print(f"{repository.name}: not in {root}")
+            continue
+        found = result(repository, root)
+        refusals = found.refusals
+        counts = {kind: refusals.count(kind) for kind in Kind}
+        console.print(
+            f"{repository.name}: {len(found.accepted)} of {len(found.files)} files, "
+            + ", ".join(f"{kind.value} {count}" for kind, count in counts.items())
+        )
+        for kind, reasons in refusals.reasons.items():
+            for reason, times in reasons.most_common(_SHOWN):
+                example = refusals.examples[reason].removeprefix(f"{repository.folder(root)}/")
+                console.print(f"  {kind.value}: {times} x {example}")
+        table.add_row(
+            repository.name,
+            repository.tool,
+            str(len(found.files)),
+            str(len(found.accepted)),
+            *(str(count) for count in counts.values()),
+            f"{found.percent(Kind.GAP):.1f} %",
+        )
+        yield repository, found
+    console.print(table)

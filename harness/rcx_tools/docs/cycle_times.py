@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from itertools import product
 
 from rcx_harness import spec
@@ -42,7 +43,7 @@ def cycle_ends(model: RobotModel) -> tuple[tuple[float, float], tuple[float, flo
 
 def planned_cycle(model: RobotModel, of: Law, load: float) -> float:
     """Return the planned time there and back [s] under a law, with the controller's planner."""
-    ends = [_arm(model).inverse((1000 * x, 1000 * y, 0, 0)) for x, y in cycle_ends(model)]
+    ends = _angles(model)
 
     def move(place: int, start: float, end: float) -> AxisMove:
         joint = model.joints[place]
@@ -53,6 +54,12 @@ def planned_cycle(model: RobotModel, of: Law, load: float) -> float:
     turns = [move(place, ends[0][place] / 1000, ends[1][place] / 1000) for place in (0, 1)]
     rise, fall = move(2, UP, 0.0), move(2, 0.0, UP)
     return 2 * ArchPath(rise, fall, PtpPath(turns), 0, 0).seconds
+
+
+@cache
+def _angles(model: RobotModel) -> Sequence[Sequence[float]]:
+    """Return the arm's angles at both ends of the cycle [1/1000 degree]."""
+    return [_arm(model).inverse((1000 * x, 1000 * y, 0, 0)) for x, y in cycle_ends(model)]
 
 
 def fitted(names: Sequence[str]) -> Law:

@@ -22,6 +22,8 @@ from rcx_tools.docs.blocks.panel import panel_page
 from rcx_tools.docs.cli import command_page, commands_index
 from rcx_tools.docs.commands import commands_page
 from rcx_tools.docs.diagnosis import diagnosis_page
+from rcx_tools.docs.dialects import language_page
+from rcx_tools.docs.engines import engines_page
 from rcx_tools.docs.moving import moving_svg
 from rcx_tools.docs.probes import probes_page
 from rcx_tools.docs.processes import process_chart, processes
@@ -306,12 +308,14 @@ def pages() -> dict[str, Callable[[], str]]:
             "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()
         ),
         "docs/how-to/diagnosis.md": diagnosis_page,
+        "docs/reference/engines.md": engines_page,
         "docs/reference/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
         "docs/reference/export-words.md": lambda: _page(
             "What each tool's Structured Text has",
             "harness/structured_text/export/words",
             words_page(),
         ),
+        "docs/reference/language.md": lambda: language_page(ROOT / "docs/reference/language.md"),
         "docs/first.svg": moving_svg,
         "docs/explanation/fidelity.md": fidelity.fidelity_page,
         "docs/reference/panel.html": panel_page,

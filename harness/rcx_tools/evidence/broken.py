@@ -73,13 +73,13 @@ def bugs(files: Iterable[Path], kind: type[_Bug]) -> list[_Bug]:
     keys = [one.name for one in fields(kind)]
     for file in files:
         for number, row in enumerate(load_toml(file).get("bug", []), 1):
-            line = line_of(file, "bug", number)
             if set(row) != set(keys) or [] in row.values():
                 text = f"seeded bug {number} has {', '.join(row)}"
                 hint = f"it needs {', '.join(keys)}, none of them empty"
-                raise InputError(text, file=file, line=line, hint=hint)
+                raise InputError(text, file=file, line=line_of(file, "bug", number), hint=hint)
             if row["name"] in found:
-                raise InputError(f"a second seeded bug {row['name']!r}", file=file, line=line)
+                text = f"a second seeded bug {row['name']!r}"
+                raise InputError(text, file=file, line=line_of(file, "bug", number))
             made: Any = {key: tuple(v) if isinstance(v, list) else v for key, v in row.items()}
             found[row["name"]] = kind(**made)
     return list(found.values())

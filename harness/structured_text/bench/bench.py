@@ -108,6 +108,8 @@ class Bench:
         trace: str | Path | None = None,
         watch: str | Sequence[str] = (),
         replace: Mapping[str, str | Path] | None = None,
+        dialect: str | None = None,
+        device: str = "",
         keep: int = KEPT,
     ) -> Bench:
         """Compile a program and put it onto a bench.
@@ -120,6 +122,9 @@ class Bench:
             trace: File for the trace; it replaces the trace of an earlier run.
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             replace: ST files for POUs of a project, by the POU's name.
+            dialect: The tool as which the program is computed; default: that of the project's
+                format, or plain Structured Text.
+            device: The device to read of a project with several devices.
             keep: Number of trace records in memory; each snapshot contains them.
 
         Raises:
@@ -128,12 +133,14 @@ class Bench:
         whole("keep", keep, 0, sys.maxsize)
         files = program
         if not isinstance(files, SourceFiles):
-            files = source_files(files, None if lib is None else Path(lib), replace)
+            library = None if lib is None else Path(lib)
+            files = source_files(files, library, replace, dialect, device)
         check_outputs({"trace": trace}, files)
         compiled = Compiled.take(files, engine)
         try:
             made = compiled.program
             period_us = scan_us(scan if scan is not None else made.tick_us or "10ms")
+            made.pace(period_us)
             watched = Watched(made, watch)
             header = {"scan_us": period_us, "engine": made.engine}
             return cls(

@@ -20,7 +20,7 @@ __all__ = ["Watched", "is_like"]
 #: Separator of two patterns. A comma in brackets separates indices.
 _COMMA = re.compile(r",(?![^\[\]]*\])")
 _WILD = re.compile(r"[*?]")
-_PART = re.compile(r"\.?([A-Za-z_*?][\w*?]*)|\[([^\[\]]*)\]")
+_PART = re.compile(r"\.?((?:[^\W\d]|[*?])[\w*?]*)|\[([^\[\]]*)\]")
 _MOST_NAMED = 12
 
 #: A path and the type of the variable there.

@@ -32,7 +32,7 @@ X := 5                set a variable
 .where                where the PLC stands, and each task of its devices
 .inject link_down 1   trigger an event, as in a stimulus; with several robots, say which one"""
 
-_LAST = re.compile(r"(?:(?P<base>[A-Za-z_][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<name>\w*)$")
+_LAST = re.compile(r"(?:(?P<base>[^\W\d][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<name>\w*)$")
 
 
 class Console:

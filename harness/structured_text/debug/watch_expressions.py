@@ -18,6 +18,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Declarations, Scope
+from structured_text.language.dialects import rules_of
 from structured_text.language.expression_checker import ExpressionChecker as Checker
 from structured_text.language.load import read_file
 from structured_text.language.parser import read_text
@@ -107,6 +108,9 @@ class WatchExpressions:
             node = checker.check(found, want)
         except InputError as error:
             raise InputError(f"{text}: {error.message}", hint=error.hint) from None
+        if any(isinstance(one, t.Assigned) for one in nodes(node)):
+            hint = "set the variable with the command for that"
+            raise InputError(f"{text}: an expression does not assign here", hint=hint)
         if any(isinstance(one, t.CallMethod) for one in nodes(node)):
             hint = "methods may change the program; look at the variables instead"
             raise InputError(f"{text}: a watch expression cannot call a method", hint=hint)
@@ -154,7 +158,7 @@ def syntax_of(text: str) -> s.Expression:
 def _scopes(project: Project) -> dict[str, Scope]:
     """Return the scope of each POU, built again because the front end has discarded its scopes."""
     sources = [read_file(file) for file in project.files]
-    registry = Registry(sources, lambda _: None)
+    registry = Registry(sources, lambda _: None, rules_of(project.dialect))
     declarations = Declarations(registry, lambda _: None)
     for declared in registry.ordered():
         if isinstance(declared.node, s.Interface):

@@ -42,6 +42,9 @@ class OfProject:
         """Return the program instances by name, each with its BlockType."""
         return dict(self.project.instances)
 
+    def pace(self, scan_us: int) -> None:
+        """Take note of the time from one scan to the next; see `Program.pace`."""
+
     def walk(self) -> Iterator[tuple[str, Type]]:
         """Yield every variable of the program instances and every global one, parents first."""
         return walk(self.project)
@@ -70,6 +73,13 @@ class Program(Protocol):
 
         A task of interval k x `tick_us` runs in every k-th scan, beginning with the first. TON, TOF
         and TP see `now_us` as the time, whatever the configured intervals are.
+        """
+
+    def pace(self, scan_us: int) -> None:
+        """Take note of the time from one scan to the next [µs].
+
+        If a program without a task stands beside tasks, it runs in each scan, and the tasks run at
+        the scan that is nearest to their intervals. Otherwise nothing changes: `scan` counts ticks.
         """
 
     def read(self, path: str) -> Value:

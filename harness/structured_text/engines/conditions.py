@@ -19,6 +19,8 @@ from pathlib import Path
 from structured_text.engines.base import Program, Value
 from structured_text.engines.builtin.program import BuiltinProgram
 from structured_text.errors import InputError
+from structured_text.language.dialects import IEC
+from structured_text.language.source import in_dialect
 from structured_text.language.types import ElementaryType, EnumType, Type
 
 __all__ = ["Condition", "conditions"]
@@ -29,8 +31,8 @@ _TOKEN = re.compile(
     | \(\*.*?\*\)                                          # a comment
     | \w+\#[\w#.:+-]+                                      # a literal with its type
     | \d[\w.]*                                             # a number
-    | (?P<before>\bBEFORE\s*\(\s*(?P<then>[A-Za-z_][\w.\[\], ]*?)\s*\))
-    | (?P<path>[A-Za-z_]\w*(?:\s*\[[^\[\]]*\]|\.[A-Za-z_]\w*)*)""",
+    | (?P<before>\bBEFORE\s*\(\s*(?P<then>[^\W\d][\w.\[\], ]*?)\s*\))
+    | (?P<path>[^\W\d]\w*(?:\s*\[[^\[\]]*\]|\.[^\W\d]\w*)*)""",
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
 _OURS = re.compile(r"\bHarness(?:Value|Before)(\d+)\b", re.IGNORECASE)
@@ -129,7 +131,8 @@ class _Evaluator:
                 raise InputError(
                     "the condition is empty", hint='write it as "Main.State = CELL_READY"'
                 )
-            self.program = _compiled(_TOKEN.sub(self._replaced, text), self._kinds)
+            dialect = getattr(getattr(running, "project", None), "dialect", IEC)
+            self.program = _compiled(_TOKEN.sub(self._replaced, text), self._kinds, dialect)
         except InputError as error:
             places = list(self._kinds)
             said = _OURS.sub(lambda one: places[int(one[1])], error.message)
@@ -172,15 +175,16 @@ def _kind(program: Program, path: str) -> Type:
     return kind
 
 
-def _compiled(body: str, kinds: dict[str, Type]) -> BuiltinProgram:
+def _compiled(body: str, kinds: dict[str, Type], dialect: str) -> BuiltinProgram:
     lines = [*_types(kinds), "PROGRAM HarnessConditions", "VAR", "HarnessHolds : BOOL;"]
     for number, kind in enumerate(kinds.values()):
         lines += [f"HarnessValue{number} : {kind.name};", f"HarnessBefore{number} : {kind.name};"]
-    return _built("\n".join([*lines, "END_VAR", f"HarnessHolds := ({body});", "END_PROGRAM", ""]))
+    lines += ["END_VAR", f"HarnessHolds := ({body});", "END_PROGRAM", ""]
+    return _built("\n".join(lines), dialect)
 
 
 @lru_cache(maxsize=256)
-def _built(text: str) -> BuiltinProgram:
+def _built(text: str, dialect: str) -> BuiltinProgram:
     """Return the compiled program for a text.
 
     The program has no memory, so several conditions may share it.
@@ -190,7 +194,7 @@ def _built(text: str) -> BuiltinProgram:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "conditions.st"
         file.write_text(text, encoding="utf-8")
-        return BuiltinProgram.build(load([file]))
+        return BuiltinProgram.build(load([in_dialect(file, dialect)]))
 
 
 def _types(kinds: dict[str, Type]) -> Iterator[str]:

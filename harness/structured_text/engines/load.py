@@ -9,13 +9,14 @@ from pathlib import Path
 from structured_text.engines.base import Program
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.collector import collecting
-from structured_text.engines.matiec.build import MISSING, find_matiec
+from structured_text.engines.matiec.build import MISSING, Matiec, find_matiec
 from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_compiler
 from structured_text.engines.strucpp.build import MISSING_STRUCPP, find_strucpp
 from structured_text.errors import InputError
 from structured_text.language.checked import load
 from structured_text.language.compiling import uncollected
 from structured_text.language.constructs import refuse
+from structured_text.language.dialects import Dialect, rules_of
 from structured_text.language.project import Project
 from structured_text.language.types import BlockType, Type, has_address
 
@@ -31,7 +32,8 @@ class Built:
 
     Attributes:
         program: The program, ready for its first scan.
-        notice: One line that says why `auto` did not use matiec; else empty.
+        notice: One line that says why `auto` did not use matiec; on matiec the warnings about its
+            known faults, one a line; else empty.
         retained: Paths of the variables that keep their values over a warm start.
     """
 
@@ -54,8 +56,9 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
     Args:
         paths: The ST files, in any order.
         engine: `matiec`, `builtin`, `strucpp` or `auto`. `auto` takes matiec if it and a C
-            compiler are found and the program is portable. Else, or if coverage is counted,
-            it takes the built-in engine. STruC++ runs only if it is named.
+            compiler are found, the program is portable, and no known fault of matiec concerns it.
+            Else, or if coverage is counted, it takes the built-in engine, as for a program of a
+            tool that computes otherwise (`language.dialects`). STruC++ runs only if it is named.
     """
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
@@ -70,6 +73,9 @@ def _compiled(project: Project, engine: str) -> tuple[Program, str]:
     if engine == "auto" and collector is not None:
         notice = "coverage is counted: running on the built-in engine"
         return BuiltinProgram.build(project), notice
+    rules = rules_of(project.dialect)
+    if engine == "auto" and (reason := _only_here(project, rules)) and find_matiec() is not None:
+        return BuiltinProgram.build(project), f"{reason}: running on the built-in engine"
     if engine == "matiec":
         refuse(project.uses, "matiec", _OF_MATIEC)
     matiec = find_matiec() if engine in ("auto", "matiec") else None
@@ -85,13 +91,12 @@ def _compiled(project: Project, engine: str) -> tuple[Program, str]:
     if collector is not None and compiled:
         collector.elsewhere.add(engine)
     if matiec is not None and compiler is not None:
-        from structured_text.engines.matiec.program import MatiecProgram
-
-        return MatiecProgram.build(project, matiec, compiler), ""
+        program, notice = _on_matiec(project, engine, matiec, compiler)
+        return program, "\n".join(filter(None, (notice, _elsewhere(rules, engine))))
     if strucpp is not None and compiler is not None:
         from structured_text.engines.strucpp.program import StrucppProgram
 
-        return StrucppProgram.build(project, strucpp, compiler), ""
+        return StrucppProgram.build(project, strucpp, compiler), _elsewhere(rules, engine)
     if reason := why_not(engine):
         raise InputError(f"{reason}, or use the built-in engine")
     notice = ""
@@ -101,6 +106,42 @@ def _compiled(project: Project, engine: str) -> tuple[Program, str]:
             missing = "matiec found, but no C compiler (CC, cc, gcc, clang)"
         notice = f"{missing}: running on the built-in engine"
     return BuiltinProgram.build(project), notice
+
+
+def _on_matiec(project: Project, engine: str, matiec: Matiec, compiler: str) -> tuple[Program, str]:
+    """Return the program on matiec; under `auto` on the built-in engine if matiec is not right."""
+    from structured_text.engines.matiec import faults
+    from structured_text.engines.matiec.program import MatiecProgram
+
+    found = faults.places(project, faults.is_new(matiec))
+    if engine == "auto":
+        if found:
+            return BuiltinProgram.build(project), faults.why_builtin(found)
+        try:
+            return MatiecProgram.build(project, matiec, compiler), ""
+        except InputError as error:
+            where = f" ({Path(error.file).name}, line {error.line})" if error.file else ""
+            reason = error.message.removeprefix("matiec: ")
+            notice = f"matiec cannot compile the program{where}: {reason}"
+            return BuiltinProgram.build(project), f"{notice}: running on the built-in engine"
+    faults.refuse_faults(found)
+    program = MatiecProgram.build(project, matiec, compiler)
+    return program, "\n".join(f"warning: {one}" for one in faults.warnings(found))
+
+
+def _elsewhere(rules: Dialect, engine: str) -> str:
+    """Return a notice if an engine without dialects runs a program of another tool."""
+    return "" if rules.is_standard else f"{engine} does not compute in the dialect {rules.name}"
+
+
+def _only_here(project: Project, rules: Dialect) -> str:
+    """Return the reason why matiec would compute something else than the program's tool."""
+    if not rules.is_standard:
+        return f"matiec does not compute in the dialect {rules.name}"
+    if project.free:
+        first = project.free[0]
+        return f"matiec runs {first}, which has no task, only at the pace of the tasks"
+    return ""
 
 
 def why_not(engine: str) -> str:

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
-from structured_text.language.calls import block_arguments, pin_of
+from structured_text.language.calls import ENABLING, block_arguments, enabling, pin_of
 from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
+from structured_text.language.function_overloads import chosen_function
 from structured_text.language.functions import same_text
 from structured_text.language.methods import NOTHING
 from structured_text.language.objects import START
+from structured_text.language.parser import ACTION, CLASS
 from structured_text.language.references import PLACES, place_of
 from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from structured_text.language.standard import BLOCKS, reserved
-from structured_text.language.starting import Start, start_call, starting
+from structured_text.language.starting import Start, start_calls, start_of, starting
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -28,14 +31,16 @@ from structured_text.language.types import (
     Type,
     Variable,
     has_block,
+    integer_name,
     type_name,
 )
 from structured_text.language.values import describe
-from structured_text.language.walk import root_of
+from structured_text.language.walk import nodes, root_of
 from structured_text.language.widening import widens
 
 __all__ = ["check_body", "check_start", "root_of"]
 
+_QUERIES = ("__QUERYINTERFACE", "__QUERYPOINTER")
 #: Deepest nesting of statements and of loops. Python limits the depth of generated code.
 _MOST_NESTED, _MOST_LOOPS = 64, 16
 
@@ -49,6 +54,9 @@ def check_body(
     """
     statements = _Statements(scope, report)
     scope.pou.body = statements.block(body)
+    for one in nodes(scope.pou.body):
+        if isinstance(one, t.Assigned) and (root := root_of(one.target)) is not None:
+            statements.assigned.add(root)
     result = scope.pou.result
     is_function = scope.pou.kind == "FUNCTION"
     if is_function and result is not None and result not in statements.assigned:
@@ -118,17 +126,23 @@ class _Statements:
         """Return a statement as one or several checked statements."""
         if isinstance(node, s.AssignChain):
             return self._chain(node)
+        if isinstance(node, (s.Assign, s.CallStatement)):
+            if isinstance(node, s.Assign) and self._is_new(node.value):
+                return self._new(node)
+            enabled = self._enabled(node)
+            if enabled is not None:
+                return enabled
         if isinstance(node, s.CallStatement):
             return self._call(node)
+        if isinstance(node, Start):
+            return start_calls(node, self._expressions)
         return (self._statement(node),)
 
-    def _statement(self, node: s.Statement | Start) -> t.Statement:
+    def _statement(self, node: s.Statement) -> t.Statement:
         if isinstance(node, s.Assign):
             return self._assign(node.target, node.value, node.at)
         if isinstance(node, s.Latch):
             return self._bind(node) if node.op == "REF" else self._latch(node)
-        if isinstance(node, Start):
-            return start_call(node, self._expressions)
         if isinstance(node, s.If):
             branches = tuple(
                 (self._condition(condition), self.block(body)) for condition, body in node.branches
@@ -150,6 +164,86 @@ class _Statements:
             raise self._scope.error("CONTINUE stands outside a loop", node.at)
         assert isinstance(node, (s.Return, s.Continue))
         return node
+
+    def _is_new(self, node: s.Expression) -> bool:
+        known = self._scope.declarations.pous
+        return isinstance(node, s.Call) and node.function.key == "__NEW" and "__NEW" not in known
+
+    def _new(self, node: s.Assign) -> list[t.Statement]:
+        """Return the assignment of a new variable, and the call of its `INIT` with arguments."""
+        assert isinstance(node.value, s.Call)
+        target = self._expressions.place(node.target)
+        self._write(target)
+        pointer, given = self._expressions.references.made(node.value, target.type)
+        found: list[t.Statement] = [t.Assign(target, pointer, node.at)]
+        kind = pointer.made if isinstance(pointer, t.New) else None
+        starter = None
+        if isinstance(kind, BlockType):
+            starter = self._scope.declarations.objects.starter(kind.name.upper())
+        if given is None and starter is None:
+            return found
+        if not isinstance(kind, BlockType):
+            raise self._scope.error(f"{describe(target.type)} takes no arguments", node.at)
+        instance = t.Deref(target, kind)
+        calls = start_of(kind, instance, given or (), node.at, self._expressions)
+        made = t.Same("<>", target, t.Null(target.type), BOOL)  # 0 if there is no memory
+        return [*found, t.If(((made, tuple(calls)),), (), node.at)]
+
+    def _enabled(self, node: s.Assign | s.CallStatement) -> list[t.Statement] | None:
+        """Return a call with EN or ENO as an IF; None for a statement without them.
+
+        If EN is FALSE, the call is not executed: all outputs, and the target of the result, keep
+        their values, and ENO is FALSE. After an executed call ENO is TRUE.
+        """
+        call = node.value if isinstance(node, s.Assign) else node
+        if not isinstance(call, (s.Call, s.Invoke, s.CallStatement)):
+            return None
+        if all(one.name is None or one.name.key not in ENABLING for one in call.arguments):
+            return None
+        found = enabling(call, self._pins(call), self._scope)
+        if not found:
+            return None
+        self._scope.note("EN or ENO", next(iter(found.values())).at)
+        rest = tuple(one for one in call.arguments if one not in found.values())
+        plain = replace(call, arguments=rest)
+        inner: Any = plain if node is call else replace(node, value=plain)  # type: ignore[arg-type]
+        self._made.append(inner)
+        condition = self._condition(found["EN"].value) if "EN" in found else None
+        then = [*self._lowered(inner), *self._flag(found.get("ENO"), "TRUE")]
+        if condition is None:
+            return then
+        otherwise = tuple(self._flag(found.get("ENO"), "FALSE"))
+        return [t.If(((condition, tuple(then)),), otherwise, node.at)]
+
+    def _flag(self, argument: s.Argument | None, value: str) -> list[t.Statement]:
+        """Return the assignment of ENO to its target, if it has one."""
+        if argument is None:
+            return []
+        literal = s.Literal("BOOLEAN", value, argument.at)
+        self._made.append(literal)
+        if not isinstance(argument.value, (*PLACES, s.Part)):
+            raise self._scope.error("ENO needs a variable", argument.at)
+        return [self._assign(argument.value, literal, argument.at)]
+
+    def _pins(self, call: s.Call | s.Invoke | s.CallStatement) -> frozenset[str]:
+        """Return the upper-case names of the variables of what is called."""
+        callee = call.function if isinstance(call, s.Call) else call.callee
+        callee = self._expressions.methods.bare(callee)
+        method = self._expressions.methods.called(callee)
+        if method is not None:
+            return frozenset(method[1].symbols)
+        if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
+            keys = self._scope.registry.overloads.get(callee.key, [callee.key])
+            pous = [self._scope.declarations.pous.get(key) for key in keys]
+            if len(pous) > 1:
+                return frozenset(key for one in pous if one is not None for key in one.symbols)
+            pou = pous[0]
+            return frozenset(pou.symbols if pou is not None else ())
+        if not isinstance(callee, PLACES) or isinstance(call, (s.Call, s.Invoke)):
+            return frozenset()
+        kind = self._expressions.variable(callee).type
+        pins = kind.variables if isinstance(kind, BlockType) else ()
+        return frozenset(pin.name.upper() for pin in pins)
 
     def _condition(self, node: s.Expression) -> t.Expression:
         return self._expressions.check(node, BOOL)
@@ -207,10 +301,11 @@ class _Statements:
                 count = t.Constant(first, ELEMENTARY["INT"])
                 part = t.Standard("SHL", (part, count), whole)
             changed = t.Binary("OR", others, part, whole)
-        if base.type != whole:
-            changed = t.Standard(
-                f"{type_name(whole)}_TO_{type_name(base.type)}", (changed,), base.type
-            )
+        name = integer_name(base.type)
+        if name != type_name(whole):
+            changed = t.Standard(f"{type_name(whole)}_TO_{name}", (changed,), ELEMENTARY[name])
+        if isinstance(base.type, EnumType):
+            changed = t.Standard("MOVE", (changed,), base.type)
         return t.Assign(base, changed, at)
 
     def _chain(self, node: s.AssignChain) -> list[t.Statement]:
@@ -243,14 +338,24 @@ class _Statements:
         Outputs that go to a bit or to a wider type are assigned in statements behind the call.
         """
         callee = self._expressions.methods.bare(node.callee)
+        if node.bare:
+            return self._named(replace(node, callee=callee))
         if isinstance(callee, s.This) and callee.above:
             return [self._calls.base(node)]
         method = self._expressions.methods.call(replace(node, callee=callee), value=False)
         if method is not None:
             return [t.Evaluate(method, node.at)]
+        if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
+            callee = chosen_function(callee, node.arguments, self._expressions)
         node = replace(node, callee=callee)
         if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
             pou = self._scope.declarations.pous.get(callee.key)
+            if pou is None and callee.key == "__DELETE":
+                return [t.Evaluate(self._expressions.references.deleted(node), node.at)]
+            if pou is None and callee.key in ("__NEW", *_QUERIES):
+                asked = s.Call(callee, node.arguments, node.at)
+                self._made.append(asked)
+                return [t.Evaluate(self._expressions.check(asked, None), node.at)]
             if pou is not None and pou.kind == "FUNCTION":
                 if pou.result is not None:
                     self._scope.note("a result that is not used", node.at)
@@ -273,6 +378,34 @@ class _Statements:
             behind.append(self._assign(one.value, pin, node.at))  # type: ignore[arg-type]
         return [found_call, *behind]
 
+    def _named(self, node: s.CallStatement) -> list[t.Statement]:
+        """Return the meaning of a name as a statement.
+
+        An ACTION is called, and a property is read. Any other variable is not changed, so there is
+        no statement. A method needs parentheses (compiler error C0130 of CODESYS and TwinCAT).
+        """
+        callee, methods = node.callee, self._expressions.methods
+        found = methods.called(callee)
+        if found is not None and ACTION in found[1].words:
+            call = methods.call(node, value=False)
+            assert call is not None
+            return [t.Evaluate(call, node.at)]
+        if found is not None:
+            text = f"the method {found[1].name} is named without parentheses"
+            raise self._scope.error(text, node.at, "call it with ()")
+        if isinstance(callee, s.Part):
+            self._expressions.part(callee)
+            return []
+        if isinstance(callee, s.Name) and not self._expressions.is_variable(callee):
+            pou = self._scope.declarations.pous.get(callee.key)
+            if pou is not None or reserved(callee.key):
+                text = f"{callee.text} is named without parentheses"
+                raise self._scope.error(text, node.at, "call it with ()")
+        if self._expressions.is_member(callee):
+            return []
+        value = self._expressions.variable(callee)
+        return [t.Evaluate(value, node.at)] if isinstance(value, t.CallMethod) else []
+
     def _is_later(self, callee: s.Variable, argument: s.Argument) -> bool:
         """Return whether an output goes to a bit or a wider type."""
         value = argument.value
@@ -283,7 +416,10 @@ class _Statements:
             return False
         pin = pin_of(block, argument.name.text)
         found = self._expressions.infer(value)
-        return pin is not None and found is not None and widens(pin.type, found)
+        if pin is None or found is None:
+            return False
+        numbers = isinstance(pin.type, EnumType) or isinstance(found, EnumType)
+        return widens(pin.type, found) or (numbers and pin.type != found)
 
     def _write(self, variable: t.Variable) -> None:
         root = root_of(variable)
@@ -293,6 +429,11 @@ class _Statements:
     def _for(self, node: s.For) -> t.For:
         counter = self._target(node.counter)
         kind = counter.type
+        if isinstance(kind, EnumType) and isinstance(counter, (t.Use, t.Member, t.Index, t.Deref)):
+            # The loop counts the number; no other node says that the variable holds a member.
+            self._scope.note("an enumeration as a number", node.counter.at)
+            kind = ELEMENTARY[kind.base]
+            counter = replace(counter, type=kind)
         if not isinstance(counter, t.Use):
             self._scope.note("a FOR counter that is not a plain variable", node.counter.at)
         if type_name(kind) in ANY_BIT and kind != BOOL:
@@ -301,12 +442,33 @@ class _Statements:
             raise self._scope.error(
                 f"a FOR needs an integer counter, not a {describe(kind)}", node.counter.at
             )
-        start = self._expressions.check(node.start, kind)
+        start = self._start(node.start, kind)
         end = self._expressions.check(node.end, kind)
-        step = self._expressions.check(node.step, kind) if node.step else t.Constant(1, kind)
+        step = self._step(node.step, kind) if node.step else t.Constant(1, kind)
         if isinstance(step, t.Constant) and step.value == 0:
             raise self._scope.error("a FOR loop with a step of 0 never ends", node.at)
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
+
+    def _start(self, node: s.Expression, kind: Type) -> t.Expression:
+        """Return the start of a FOR. SIMATIC AX converts one of a wider type without a word."""
+        found = self._expressions.infer(node)
+        wider = found != kind and type_name(found) in ANY_INT and type_name(kind) in ANY_INT
+        if self._scope.registry.dialect.name != "ax" or not wider:
+            return self._expressions.check(node, kind)
+        self._scope.note("an implicit conversion", node.at, "the start of a FOR")
+        found_value = self._expressions.check(node, None)
+        return self._expressions.converted(found_value, ELEMENTARY[type_name(kind)])
+
+    def _step(self, node: s.Expression, kind: Type) -> t.Expression:
+        """Return the step of a FOR. A counter without a sign may count down, too."""
+        found = self._expressions.fold(node)
+        value = found.value if found is not None and not found.typed else 0
+        if isinstance(value, int) and value < 0 and INT_RANGE[type_name(kind)][0] == 0:
+            if -value > INT_RANGE[type_name(kind)][1]:
+                raise self._scope.error(f"a step of {value} leaves {describe(kind)}", node.at)
+            self._scope.note("a negative step of an unsigned counter", node.at)
+            return t.Constant(value, kind)
+        return self._expressions.check(node, kind)
 
     def _case(self, node: s.Case) -> t.Case:
         kind = self._expressions.infer(node.selector) or ELEMENTARY["DINT"]
@@ -418,6 +580,10 @@ class _BlockCalls:
                     f"the result of {callee.text} is not used", callee.at, "assign it"
                 )
         found = self._expressions.variable(callee)
+        of_block = self._scope.declarations.pous.get(found.type.name.upper())
+        if of_block is not None and CLASS in of_block.words:
+            text = f"{of_block.name} is a CLASS and has no body"
+            raise self._scope.error(text, callee.at, "call one of its methods")
         if not isinstance(found.type, BlockType):
             raise self._scope.error(
                 f"a {describe(found.type)} cannot be called; only blocks can", callee.at
@@ -430,9 +596,12 @@ class _BlockCalls:
             raise self._scope.error(
                 f"the VAR_IN_OUT {pin.name} of {block.name} needs a variable", argument.at
             )
-        objects, is_block = self._scope.declarations.objects, isinstance(pin.type, BlockType)
+        declarations, is_block = self._scope.declarations, isinstance(pin.type, BlockType)
         found = self._expressions.variable(value) if is_block else self._expressions.writable(value)
-        below = is_block and objects.is_a(found.type, pin.type)
+        below = is_block and declarations.objects.is_a(found.type, pin.type)
+        if declarations.derives(found.type, pin.type):
+            self._scope.note("a structure as its base", argument.at)
+            below = True
         below = below or fills(found.type, pin.type)
         if found.type != pin.type and not same_text(found.type, pin.type) and not below:
             raise self._scope.error(

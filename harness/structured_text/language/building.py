@@ -45,6 +45,28 @@ def nodes_of(children: Any, kind: Any) -> tuple[Any, ...]:
     return tuple(child for child in children if isinstance(child, kind))
 
 
+def _is_text(label: s.Expression | s.Range) -> bool:
+    """Return whether the label of a CASE is a text or a range of characters."""
+    first = label.low if isinstance(label, s.Range) else label
+    return isinstance(first, s.Literal) and first.kind == "STRING"
+
+
+def _any_of(
+    selector: s.Expression, labels: tuple[s.Expression | s.Range, ...], at: s.Position
+) -> s.Expression:
+    """Return the condition that a value is one of the labels of a CASE."""
+    found: s.Expression | None = None
+    for label in labels:
+        if isinstance(label, s.Range):
+            low = s.Binary(">=", selector, label.low, label.at)
+            one = s.Binary("AND", low, s.Binary("<=", selector, label.high, label.at), label.at)
+        else:
+            one = s.Binary("=", selector, label, label.at)
+        found = one if found is None else s.Binary("OR", found, one, at)
+    assert found is not None
+    return found
+
+
 def _join(operands: list[s.Expression], op: Token) -> None:
     """Replace the last two operands by their operation."""
     right, left = operands.pop(), operands.pop()
@@ -60,6 +82,7 @@ class Statements(Transformer[Token, Any]):
         uses: Constructs beyond the portable subset.
         errors: Mistakes that the grammar does not find.
         file: The file that is parsed.
+        entries: The entries of VAR_CONFIG.
     """
 
     def __init__(self) -> None:
@@ -67,6 +90,7 @@ class Statements(Transformer[Token, Any]):
         self.uses: list[Use] = []
         self.errors: list[InputError] = []
         self.file = Path()
+        self.entries: list[s.ConfigEntry] = []
 
     def note(self, construct: str, at: s.Position) -> None:
         """Note a construct beyond the portable subset."""
@@ -84,6 +108,14 @@ class Statements(Transformer[Token, Any]):
         self.note("several targets of an assignment", parts[0].at)
         return s.AssignChain(parts[:-1], parts[-1], parts[0].at)
 
+    def attempt(
+        self, target: s.Variable, _op: Token, value: s.Expression, _end: Token
+    ) -> s.CallStatement:
+        """Return `target ?= value` as the question for the interface of the target."""
+        self.note("?=", target.at)
+        arguments = tuple(s.Argument(None, one, False, one.at) for one in (value, target))
+        return s.CallStatement(s.Name("__QUERYINTERFACE", target.at), arguments, target.at)
+
     def latch(self, target: s.Variable, op: Token, value: s.Expression, _end: Token) -> s.Latch:
         word = op.upper()[:-1]
         self.note("REFERENCE TO" if word == "REF" else "S= or R=", position_of(op))
@@ -92,6 +124,10 @@ class Statements(Transformer[Token, Any]):
     def call_statement(self, call: s.Call | s.Invoke, _end: Token) -> s.CallStatement:
         callee = call.function if isinstance(call, s.Call) else call.callee
         return s.CallStatement(callee, call.arguments, callee.at)
+
+    def name_statement(self, named: s.Variable, _end: Token) -> s.CallStatement:
+        self.note("a name as a statement", named.at)
+        return s.CallStatement(named, (), named.at, bare=True)
 
     def if_(self, word: Token, condition: s.Expression, *rest: Any) -> s.If:
         _then, body, *elsifs, else_, otherwise, _end = rest
@@ -111,8 +147,18 @@ class Statements(Transformer[Token, Any]):
     ) -> tuple[s.Expression, tuple[s.Statement, ...]]:
         return condition, body
 
-    def case(self, word: Token, selector: s.Expression, *rest: Any) -> s.Case:
+    def case(self, word: Token, selector: s.Expression, *rest: Any) -> s.Case | s.If:
         branches = nodes_of(rest, s.CaseBranch)
+        if any(_is_text(label) for branch in branches for label in branch.labels):
+            self.note("a CASE of texts", position_of(word))
+            if isinstance(selector, (s.Call, s.Invoke)):  # each label would call it once more
+                text, hint = "a CASE of texts needs a variable", "assign the result to one first"
+                at = position_of(word)
+                self.errors.append(
+                    InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)
+                )
+            tests = [(_any_of(selector, one.labels, one.at), one.body) for one in branches]
+            return s.If(tuple(tests), rest[-2] or (), position_of(word))
         if not branches or rest[-3] is not None:
             self._filled(rest[-2] or (), word)
         return s.Case(selector, branches, rest[-2] or (), position_of(word))
@@ -155,6 +201,11 @@ class Statements(Transformer[Token, Any]):
     def return_(self, word: Token, _end: Token) -> s.Return:
         return s.Return(position_of(word))
 
+    def return_if(self, word: Token, _left: Token, condition: s.Expression, *_: Any) -> s.If:
+        at = position_of(word)
+        self.note("RETURN with a condition", at)
+        return s.If(((condition, (s.Return(at),)),), (), at)
+
     def continue_(self, word: Token, _end: Token) -> s.Continue:
         self.note("CONTINUE", position_of(word))
         return s.Continue(position_of(word))
@@ -187,6 +238,8 @@ class Statements(Transformer[Token, Any]):
         return s.Index(base, indices, base.at)
 
     def arguments(self, *rest: Any) -> tuple[s.Argument, ...]:
+        if isinstance(rest[-1], Token):
+            self.note("a comma behind the last argument", position_of(rest[-1]))
         return nodes_of(rest, s.Argument)
 
     def positional(self, value: s.Expression) -> s.Argument:
@@ -215,6 +268,10 @@ class Statements(Transformer[Token, Any]):
         while waiting:
             _join(operands, waiting.pop())
         return operands[0]
+
+    def assigned(self, target: s.Variable, _is: Token, value: s.Expression) -> s.Assigned:
+        self.note("an assignment in an expression", target.at)
+        return s.Assigned(target, value, target.at)
 
     def unary(self, op: Token, operand: s.Expression) -> s.Unary:
         return s.Unary(op.upper(), operand, position_of(op))

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from structured_text.errors import DISTRIBUTION, InputError
+from structured_text.language.dialects import dialect_of
 from structured_text.output.limits import SOURCE
 from structured_text.output.paths import real
 from structured_text.output.reading import file_bytes
@@ -133,7 +134,7 @@ def sources_key(paths: Sequence[Path]) -> str:
 
     The key is empty if a file cannot be read. The caller then reports the error.
     """
-    digest = hashlib.sha256(_engine().encode())
+    digest = hashlib.sha256(f"{_engine()} {dialect_of(paths)}".encode())
     try:
         for path in paths:
             lines = getattr(path, "lines", None)
@@ -235,7 +236,9 @@ def _engine() -> str:
     digest = hashlib.sha256(sys.version.encode())
     package = Path(__file__).parents[1]
     rooms = [package / name for name in ("language", "projects", "engines")]
-    code = (file for room in rooms for kind in ("*.py", "*.lark") for file in room.rglob(kind))
+    code = (
+        file for room in rooms for kind in ("*.py", "*.lark", "*.toml") for file in room.rglob(kind)
+    )
     for file in sorted(code):
         digest.update(file.read_bytes())
     return digest.hexdigest()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from dataclasses import replace
+
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
@@ -9,7 +12,16 @@ from structured_text.language.declare import Scope
 from structured_text.language.standard import Signature, pin_name
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Variable
 
-__all__ = ["are_named", "block_arguments", "function_arguments", "pin_of", "standard_arguments"]
+__all__ = [
+    "ENABLING",
+    "are_named",
+    "block_arguments",
+    "enabling",
+    "function_arguments",
+    "pin_of",
+    "refuse_enabling",
+    "standard_arguments",
+]
 
 
 def function_arguments(
@@ -24,6 +36,8 @@ def function_arguments(
     Raises:
         InputError: arguments that do not fit.
     """
+    node = without_true(node, pou.symbols)
+    refuse_enabling(node, pou.symbols, scope)
     pins = [one for one in pou.symbols.values() if one.section in ("VAR_INPUT", "VAR_IN_OUT")]
     given: dict[str, s.Argument] = {}
     sent: dict[str, s.Argument] = {}
@@ -31,7 +45,7 @@ def function_arguments(
     every = [*pins, *outputs.values()]
     unnamed = [one for one in node.arguments if one.name is None]
     are_named(node, scope)
-    if len(unnamed) > len(every) or (pins and not node.arguments):
+    if len(unnamed) > len(every):
         message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
         raise scope.error(message, node.at)
     for symbol, argument in zip(every, node.arguments, strict=False):
@@ -57,7 +71,7 @@ def function_arguments(
         if key in given:
             raise scope.error(f"{argument.name.text} is given twice", argument.at)
         given[key] = argument
-    if unnamed and len(given) < len(pins):
+    if (unnamed or not node.arguments) and len(given) < len(pins):
         scope.note("inputs of a function left out", node.at)
     for symbol in pins:
         scalar = isinstance(symbol.type, (ElementaryType, EnumType))
@@ -77,6 +91,7 @@ def standard_arguments(
     Raises:
         InputError: arguments that do not fit.
     """
+    refuse_enabling(node, (), scope)
     pins = list(signature.pins)
     if signature.extensible:
         name, kind = pins[-1]
@@ -89,17 +104,20 @@ def standard_arguments(
             f"{node.function.text} takes {least}{len(pins)} arguments, not {len(node.arguments)}",
             node.at,
         )
-    named = [argument for argument in node.arguments if argument.name is not None]
-    if not named:
+    if not are_named(node, scope):
         return list(zip(node.arguments, pins, strict=True))
     names = [name for name, _ in pins]
-    given = {}
-    for argument in named:
-        assert argument.name is not None
+    pairs = zip(names, node.arguments, strict=True)
+    given = {name: argument for name, argument in pairs if argument.name is None}
+    for argument in node.arguments:
+        if argument.name is None:
+            continue
         key = argument.name.key
         if key not in names and key in _PIN_NAMES:
             scope.note("another name of a pin", argument.at, f"{key} is {_PIN_NAMES[key]}")
             key = _PIN_NAMES[key]
+        if key in given:
+            raise scope.error(f"{argument.name.text} is given twice", argument.at)
         given[key] = argument
     if len(given) != len(pins) or set(given) != {name for name, _ in pins}:
         raise scope.error(
@@ -171,10 +189,65 @@ def are_named(node: s.Call | s.Invoke | s.CallStatement, scope: Scope) -> bool:
     return any(named)
 
 
+#: The pins that every function and block has besides its own: they enable a call.
+ENABLING = ("EN", "ENO")
+
+
+def enabling(
+    node: s.Call | s.Invoke | s.CallStatement, own: Collection[str], scope: Scope
+) -> dict[str, s.Argument]:
+    """Return the arguments EN and ENO of a call by their name.
+
+    `own` are the upper-case names of the variables of what is called. One that is called EN or ENO
+    is an ordinary pin.
+
+    Raises:
+        InputError: `EN =>`, `ENO :=`, or one of them twice.
+    """
+    found: dict[str, s.Argument] = {}
+    for argument in node.arguments:
+        if argument.name is None or argument.name.key not in ENABLING or argument.name.key in own:
+            continue
+        key = argument.name.key
+        if argument.output != (key == "ENO"):
+            is_input = key == "EN"
+            text = f"{key} is an {'input' if is_input else 'output'}"
+            hint = "write EN := condition" if is_input else "write ENO => variable"
+            raise scope.error(text, argument.at, hint)
+        if key in found:
+            raise scope.error(f"{key} is given twice", argument.at)
+        found[key] = argument
+    return found
+
+
+def without_true(node: s.Call, own: Collection[str]) -> s.Call:
+    """Return a call without `EN := TRUE`, which changes nothing; `own` are the pins."""
+
+    def is_true(argument: s.Argument) -> bool:
+        value, name = argument.value, argument.name
+        literal = isinstance(value, s.Literal) and value.text.upper() == "TRUE"
+        return literal and name is not None and name.key == "EN" and "EN" not in own
+
+    kept = tuple(one for one in node.arguments if not is_true(one))
+    return replace(node, arguments=kept) if len(kept) < len(node.arguments) else node
+
+
+def refuse_enabling(node: s.Call | s.Invoke, own: Collection[str], scope: Scope) -> None:
+    """Raise InputError if a call that is not a statement of its own has EN or ENO.
+
+    If EN is FALSE, such a call has no value, and each tool continues with another one.
+    """
+    for argument in enabling(node, own, scope).values():
+        assert argument.name is not None
+        raise scope.error(
+            f"{argument.name.key} of a call inside an expression",
+            argument.at,
+            "assign the result to a variable in a statement of its own",
+        )
+
+
 def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) -> InputError:
     pin = pin_of(block, name.text)
-    if name.key in ("EN", "ENO"):
-        return scope.error(f"{name.key} is not supported (enable pins)", name.at, "use IF")
     if pin is not None and pin.section == "VAR_OUTPUT":
         hint = f"write {pin.name} => variable"
     else:

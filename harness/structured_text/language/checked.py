@@ -9,11 +9,14 @@ from pathlib import Path
 from structured_text.errors import InputError
 from structured_text.language import cache
 from structured_text.language.project import Project, runnable
+from structured_text.language.unread import not_executed
 
 __all__ = ["analysed", "load"]
 
 
-def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
+def analysed(
+    paths: Sequence[Path], most: int | None = None
+) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, as `language.load.analyse` does."""
     key = cache.sources_key(paths)
     lasting = key if cache.is_lasting(paths) else ""
@@ -22,7 +25,7 @@ def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
     def made() -> Project:
         from structured_text.language.load import analyse  # its import is a tenth of the start-up
 
-        project, found = analyse(paths)
+        project, found = analyse(paths, most=most)
         errors.extend(found)
         if project is None:
             raise errors[0]
@@ -41,9 +44,10 @@ def load(paths: Sequence[Path]) -> Project:
     """Return a checked project that has a program to run.
 
     Raises:
-        InputError: the first mistake, with file, line and hint.
+        InputError: the first mistake, with file, line and hint; or the program executes a body
+            in another language.
     """
     project, errors = analysed(paths)
     if project is None:
         raise errors[0]
-    return runnable(project)
+    return not_executed(runnable(project), paths)

@@ -11,7 +11,7 @@ from typing import Protocol
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Scope
-from structured_text.language.types import ElementaryType, Type
+from structured_text.language.types import ElementaryType, StructType, Type
 
 __all__ = ["Checking"]
 
@@ -37,6 +37,9 @@ class Referring(Protocol):
     def followed(self, found: t.Variable) -> t.Variable:
         """Return the target of a reference; any other variable as it is."""
 
+    def generic(self, node: s.Expression, want: StructType) -> t.Expression:
+        """Type the argument of an input that is ANY."""
+
     def compared(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression | None:
@@ -46,6 +49,13 @@ class Referring(Protocol):
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression:
         """Type a pointer that is moved by some bytes."""
+
+
+class Naming(Protocol):
+    """The part of `methods.Methods` that other modules use."""
+
+    def bare(self, node: s.Variable) -> s.Variable:
+        """Return `Library.Name` as `Name`; without a namespace the node itself."""
 
 
 class Checking(Protocol):
@@ -64,6 +74,10 @@ class Checking(Protocol):
     @property
     def references(self) -> Referring:
         """Return the references."""
+
+    @property
+    def methods(self) -> Naming:
+        """Return the calls of methods and the names with a namespace."""
 
     def variable(self, node: s.Variable) -> t.Variable:
         """Type a variable, member or element; a reference becomes its target."""
@@ -88,6 +102,9 @@ class Checking(Protocol):
 
     def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
         """Return the expression converted to another type."""
+
+    def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
+        """Return an expression in the required type, if its type widens to it."""
 
     def is_real(self, node: s.Expression) -> bool:
         """Return whether an expression is an untyped number with decimals."""

@@ -75,12 +75,14 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
             prefix, _, name = node.text.partition("#")
             kind = types.get(prefix.upper())
             if isinstance(kind, EnumType):
-                return member(kind, s.Name(name, node.at), where)
+                return member(kind, s.Name(name.strip(), node.at), where)
             if prefix.upper() not in ELEMENTARY and prefix.upper() not in _SHORT:
                 raise where.error(f"there is no type {prefix}", node.at)
             kind, value = typed_literal(node.text)
             if kind.name not in CORE:
                 where.note(_THIRD, node.at, kind.name)
+            if kind.name == "LTIME" and int(value) >= 1 << 63:
+                where.note("an LTIME of more than 292 years", node.at)
             return Constant(value, kind, True)
         value = number(node.text)
         name = "LREAL" if isinstance(value, float) else "LINT"
@@ -133,6 +135,14 @@ def _retyped(found: Constant, kind: Type, at: s.Position, where: Declared) -> Co
     if found.type == kind:
         return found
     have = found.type
+    if isinstance(have, EnumType) and isinstance(kind, ElementaryType):
+        low, high = INT_RANGE.get(kind.name, (0, -1))
+        if have.base == kind.name or widening(have.base, kind.name) or low <= found.value <= high:  # type: ignore[operator]
+            where.note("an enumeration as a number", at)
+            return Constant(converted(found.value, have.base, kind), kind, True)
+    if isinstance(kind, EnumType) and have.name == kind.base and "strict" not in kind.attributes:
+        where.note("a number as an enumeration", at)
+        return Constant(found.value, kind, True)
     if isinstance(have, ElementaryType) and isinstance(kind, ElementaryType):
         texts = have.name in ANY_STRING and have.name == kind.name
         if texts and len(str(found.value)) <= string_length(kind):
@@ -185,12 +195,25 @@ def constant(
     if isinstance(node, s.Name) and isinstance(kind, EnumType):
         if node.key in (one.upper() for one in kind.members):
             return member(kind, node, where)
-        if lookup(node) is None:
-            return member(kind, node, where)
+        if lookup(node) is None:  # a variable is assigned at the start
+            return _member_or_variable(kind, node, where)
     found = evaluate(node, types, where, lookup, detail)
+    if isinstance(kind, EnumType) and _is_number_of(found, kind):
+        where.note("a number as an enumeration", node.at)
+        return Constant(found.value, kind, True)
     if isinstance(node, s.Literal) or _is_negative(node):
         return adapt(found, kind, node.at, where)
     return _converted(found, kind, node.at, where)
+
+
+def _is_number_of(found: Constant, kind: EnumType) -> bool:
+    """Return whether an untyped number is a value of an enumeration.
+
+    A strict enumeration takes only the values of its members.
+    """
+    if found.typed or not isinstance(found.value, int):
+        return False
+    return "strict" not in kind.attributes or kind.member_of(found.value) is not None
 
 
 def _is_negative(node: s.Init) -> bool:
@@ -203,7 +226,8 @@ def _converted(found: Constant, kind: Type, at: s.Position, where: Declared) -> 
     if found.type == kind:
         return found
     whole = isinstance(value, int) and not isinstance(value, bool)
-    if whole and isinstance(kind, EnumType) and not isinstance(found.type, EnumType):
+    other = isinstance(found.type, EnumType) and isinstance(kind, EnumType)
+    if whole and isinstance(kind, EnumType) and not (other and "strict" in kind.attributes):
         return Constant(value, kind, True)
     if isinstance(kind, ElementaryType):
         if kind.name in INT_RANGE and whole:
@@ -219,6 +243,16 @@ _NAMED, _MEMBER = "a constant instead of a literal", "a member of an enumeration
 
 class NotConstantError(InputError):
     """An expression is not constant at a place that requires a constant."""
+
+
+def _member_or_variable(kind: EnumType, node: s.Name, where: Declared) -> Constant:
+    """Return a member of an enumeration; raise NotConstantError for another name."""
+    try:
+        return member(kind, node, where)
+    except InputError as error:
+        raise NotConstantError(
+            error.message, file=error.file, line=error.line, column=error.column, hint=error.hint
+        ) from None
 
 
 _MOST_BITS = 256

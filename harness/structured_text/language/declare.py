@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
@@ -15,9 +16,10 @@ from structured_text.language.constants import NotConstantError
 from structured_text.language.inherit import Inheritance
 from structured_text.language.later import Later, Part
 from structured_text.language.objects import INIT
+from structured_text.language.parser import CLASS
 from structured_text.language.registry import Declared, Registry
 from structured_text.language.resolve import Types
-from structured_text.language.scalars import WIDTH
+from structured_text.language.scalars import BOOL, WIDTH
 from structured_text.language.sizes import size_of
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import (
@@ -119,7 +121,8 @@ class Declarations(Types):
                 kind, initial = self.resolve(node.result, where, "result")
                 if has_block(kind):
                     raise where.error("a block cannot be a result", node.result.at)
-                result = Symbol(node.name.text, kind, "RESULT", node.result.at, initial)
+                text = self.registry.written_names.get(node.name.key, node.name.text)
+                result = Symbol(text, kind, "RESULT", node.result.at, initial)
             except InputError as error:
                 self._report(error)
                 self.broken.add(node.name.key)
@@ -241,7 +244,19 @@ class Declarations(Types):
                 Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
                 for name in node.names
             ]
-        kind, initial = self.resolve(node.spec, where, owner)
+        kind: Type
+        initial: Any
+        own = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_STAT")
+        in_block = pou == "FUNCTION_BLOCK" and section.kind in own
+        generic = None
+        if section.kind == "VAR_INPUT" and pou in ("FUNCTION", "METHOD", "FUNCTION_BLOCK"):
+            generic = self.any_type(node.spec, where)
+        if in_block and self.is_bit(node.spec, where):
+            kind, initial = BOOL, False
+        elif generic is not None:
+            kind, initial = generic
+        else:
+            kind, initial = self.resolve(node.spec, where, owner)
         constant_section, calculated = section.qualifier == "CONSTANT", False
         parts: tuple[Part, ...] = ()
         if constant_section and section.kind == "VAR_IN_OUT":
@@ -262,7 +277,7 @@ class Declarations(Types):
             try:
                 initial = self.initial_value(node.initial, kind, where, initial, later)
             except NotConstantError:
-                calculated = isinstance(kind, (ElementaryType, EnumType))
+                calculated = isinstance(kind, (ArrayType, ElementaryType, EnumType, StructType))
                 if not calculated or later is None:
                     raise
             parts = tuple(later.found) if later is not None else ()
@@ -274,9 +289,10 @@ class Declarations(Types):
         started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
         if started:
             where.note(f"arguments of {INIT}", node.spec.at)
-        if started and (section.kind != "VAR" or pou not in ("PROGRAM", "FUNCTION_BLOCK")):
+        places = ("PROGRAM", "FUNCTION_BLOCK", "METHOD")
+        if started and section.kind != "VAR_INST" and (section.kind != "VAR" or pou not in places):
             raise where.error(
-                f"{INIT} takes arguments in VAR of a block or program only",
+                f"{INIT} takes arguments in VAR of a block, program or method only",
                 node.spec.at,
                 "declare the block there, as a variable of its own",
             )
@@ -300,6 +316,8 @@ class Declarations(Types):
                 parts=parts,
                 retain=section.qualifier == "RETAIN",
                 area=area,
+                access=self._access(section, where),
+                owner=where.node.name.key,
             )
             for name in node.names
         ]
@@ -326,6 +344,17 @@ class Declarations(Types):
         where.note("an array of open length", spec.at)
         element, _ = self.resolve(spec.element, where)
         return ArrayType("", tuple((0, 0) for _ in stars), element, open=True)
+
+    @staticmethod
+    def _access(section: s.Section, where: Declared) -> str:
+        """Return who may use the variables of a section: PRIVATE, PROTECTED, or empty for all.
+
+        A VAR of a CLASS is PROTECTED unless it says otherwise (IEC 61131-3, edition 3, 6.6.5).
+        """
+        node = where.node
+        is_class = isinstance(node, s.Pou) and CLASS in node.words and section.kind == "VAR"
+        word = section.access or ("PROTECTED" if is_class else "")
+        return word if word in ("PRIVATE", "PROTECTED") else ""
 
     def _check_block(
         self, node: s.VarDecl, section: s.Section, pou: str, constant: bool, where: Declared
@@ -360,6 +389,18 @@ class Declarations(Types):
                 raise where.error(f"there is no global variable {name.text}", name.at)
             if found.type != kind:
                 raise where.error(f"the global {name.text} is a {describe(found.type)}", name.at)
+
+    def configured_address(self, entry: s.ConfigEntry, kind: Type, where: Declared) -> str:
+        """Return the address of an entry of VAR_CONFIG, or raise InputError."""
+        assert entry.address is not None
+        name = s.Name("", entry.at)
+        node = s.VarDecl((name,), entry.spec, None, entry.address, entry.at)
+        section = s.Section("VAR", "", (node,), entry.at)
+        found = self._address(node, kind, section, "PROGRAM", where)
+        if found is None:
+            hint = "write it as %IX0.0, %QW3 or %MD10"
+            raise where.error("VAR_CONFIG needs a complete address", entry.address.at, hint)
+        return found
 
     def _address(
         self, node: s.VarDecl, kind: Type, section: s.Section, pou: str, where: Declared

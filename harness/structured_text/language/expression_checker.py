@@ -39,6 +39,7 @@ from structured_text.language.scalars import (
     WIDTH,
 )
 from structured_text.language.standard import pin_name
+from structured_text.language.system import GROUPS
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -48,6 +49,7 @@ from structured_text.language.types import (
     ReferenceType,
     StructType,
     Type,
+    integer_name,
     type_name,
 )
 from structured_text.language.values import describe
@@ -98,6 +100,7 @@ class ExpressionChecker:
         if isinstance(node, s.Name):
             symbol = self.scope.symbol(node.key)
             if symbol is not None:
+                self._check_access(symbol, node.at)
                 return t.Use(symbol, symbol.type)
             if self.methods.is_own_property(node.key):
                 return self.methods.own_property(node)
@@ -122,12 +125,22 @@ class ExpressionChecker:
         if isinstance(node, (s.Call, s.Invoke)):
             hint = "call it in a statement before"
             raise self.scope.error("a call cannot stand here", node.at, hint)
+        if isinstance(node, s.Field) and self._is_broken_global(node):
+            raise ConsequenceError(f"{node.name.text} is not declared")
         base = self.base(node.base)
         if isinstance(node, s.Field):
             return self._member(base, node)
         if isinstance(base.type, ReferenceType):
             return self.references.element(base, node)
         return self._element(base, node)
+
+    def _is_broken_global(self, node: s.Field) -> bool:
+        """Return whether it is a variable of a list, and its declaration has an error."""
+        if not isinstance(node.base, s.Name) or self.is_variable(node.base):
+            return False
+        if node.name.key not in self.scope.declarations.broken:
+            return False
+        return any(one.node.name.key == node.base.key for one in self.scope.registry.lists)
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
         """Type the base of a member, element or method: a variable or a call's result."""
@@ -195,9 +208,10 @@ class ExpressionChecker:
 
     def _listed(self, node: s.Field) -> t.Use | None:
         """Return a global variable that is written with its list; None otherwise."""
-        if not isinstance(node.base, s.Name) or self.scope.symbol(node.base.key) is not None:
+        base = self.methods.bare(node.base)
+        if not isinstance(base, s.Name) or self.scope.symbol(base.key) is not None:
             return None
-        symbol = self.scope.listed(node.base.key, node.name.key, node.at)
+        symbol = self.scope.listed(base.key, node.name.key, node.at)
         return None if symbol is None else t.Use(symbol, symbol.type)
 
     def member_of(self, node: s.Expression) -> t.Constant | None:
@@ -205,16 +219,25 @@ class ExpressionChecker:
 
         Raise InputError if the enumeration has no such member.
         """
-        if not isinstance(node, s.Field) or not isinstance(node.base, s.Name):
+        if not isinstance(node, s.Field) or not isinstance(node.base, (s.Name, s.Field)):
             return None
-        kind = self.scope.declarations.type_named(node.base.key)
+        base = self.methods.bare(node.base)
+        if not isinstance(base, s.Name):
+            return None
+        kind = self.scope.declarations.type_named(base.key)
         if not isinstance(kind, EnumType):
             return None
-        symbol = self.scope.symbol(node.base.key)
+        symbol = self.scope.symbol(base.key)
         if symbol is not None and isinstance(symbol.type, (StructType, BlockType)):
             return None
         self.scope.note("a member with the name of its enumeration", node.at)
         return member(kind, node.name, self.scope.where)
+
+    def is_member(self, node: s.Variable) -> bool:
+        """Return whether a variable as written is a member of an enumeration."""
+        if isinstance(node, s.Name) and not self.is_variable(node):
+            return node.key in self.scope.registry.members
+        return self.member_of(node) is not None
 
     def part(self, node: s.Part) -> tuple[t.Variable, t.Expression, int, ElementaryType]:
         """Return the parts of an access to a bit or part of a variable.
@@ -225,14 +248,16 @@ class ExpressionChecker:
             The variable, the variable as a bit string, the first bit, and the type of the part.
         """
         base = self.variable(node.base)
-        name = type_name(base.type)
+        name = integer_name(base.type)
         if name not in WIDTH:
             raise self.scope.error(f"a {describe(base.type)} has no bits", node.at)
+        if isinstance(base.type, EnumType):
+            self.scope.note("an enumeration as a number", node.at)
         kind = ELEMENTARY[_PARTS[node.size]]
         size = WIDTH.get(kind.name, 1)
         if (node.number + 1) * size > WIDTH[name]:
             raise self.scope.error(f"a {name} has no {kind.name} {node.number}", node.at)
-        return base, self.bits(base), node.number * size, kind
+        return base, self.bits(self.fitting.based(base)), node.number * size, kind
 
     @staticmethod
     def bits(value: t.Expression) -> t.Expression:
@@ -257,8 +282,13 @@ class ExpressionChecker:
         return t.Standard(f"{type_name(whole)}_TO_{kind.name}", (bits,), kind)
 
     def _undeclared(self, node: s.Name) -> InputError:
-        if node.key in self.scope.declarations.broken:
+        here = self.scope.block
+        lacks = here is not None and self.scope.registry.incomplete(here.name.upper())
+        if lacks or node.key in self.scope.declarations.broken:
             return ConsequenceError(f"{node.text} is not declared")
+        if "_INIT_DONE" in (self.scope.block or self.scope.pou).symbols:
+            hint = "name its .var file, too, or the folder of the task"
+            return self.scope.error(f"{node.text} is not declared", node.at, hint)
         symbols = [symbol.name for symbol in self.scope.pou.symbols.values()]
         return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))
 
@@ -277,8 +307,11 @@ class ExpressionChecker:
             if pin_name(kind, key) != key:
                 key = pin_name(kind, key)
                 self.scope.note("another name of a pin", node.name.at, f"{node.name.key} is {key}")
+            declared = self.scope.declarations.pous.get(kind.name.upper())
             for pin in kind.variables:
                 if pin.name.upper() == key:
+                    if declared is not None and key in declared.symbols:
+                        self._check_access(declared.symbols[key], node.name.at)
                     if pin.section in ("VAR_IN_OUT", "VAR_EXTERNAL", "VAR_TEMP"):
                         raise self.scope.error(
                             f"{pin.name} is internal to {kind.name}", node.name.at
@@ -294,6 +327,21 @@ class ExpressionChecker:
             raise self.scope.error(f"a {describe(kind)} has no members", node.name.at)
         raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, near)
 
+    def _check_access(self, symbol: t.Symbol, at: s.Position) -> None:
+        """Raise InputError if a PRIVATE or PROTECTED variable is used outside of its block."""
+        here = self.scope.block
+        if not symbol.access or (here is not None and here.name.upper() == symbol.owner):
+            return
+        owner = self.scope.declarations.pous.get(symbol.owner)
+        inside = here is not None and owner is not None and owner.block is not None
+        if inside and symbol.access == "PROTECTED":
+            assert here is not None
+            assert owner is not None
+            if self.scope.declarations.objects.is_a(here.block, owner.block):
+                return
+        name = owner.name if owner is not None else symbol.owner
+        raise self.scope.error(f"{name}.{symbol.name} is {symbol.access}", at)
+
     def _element(self, base: t.Variable, node: s.Index) -> t.Index:
         if type_name(base.type) in ANY_STRING:
             base = self.references.characters(base, node.at)
@@ -308,6 +356,8 @@ class ExpressionChecker:
         indices = []
         for index, (low, high) in zip(node.indices, kind.bounds, strict=True):
             index_type = self.infer(index) or ELEMENTARY["DINT"]
+            if isinstance(index_type, EnumType):
+                index_type = ELEMENTARY[index_type.base]
             if type_name(index_type) in ANY_BIT and type_name(index_type) != "BOOL":
                 self.scope.note("arithmetic of bit strings", index.at, "an index")
                 index_type = self.operators.number(index_type)
@@ -316,6 +366,8 @@ class ExpressionChecker:
                     f"an index must be an integer, not a {describe(index_type)}", index.at
                 )
             found = self.check(index, index_type)
+            if self.operators.is_short(index_type) and isinstance(index, (s.Binary, s.Unary)):
+                found = self.operators.lengthened(index)
             if (
                 isinstance(found, t.Constant)
                 and not kind.open
@@ -350,6 +402,10 @@ class ExpressionChecker:
             return self.infer(plain) if plain is not None else self.invoked(node).type
         if isinstance(node, PLACES):
             return self.variable(node).type
+        if isinstance(node, s.TypeName):
+            raise self.scope.error("a type cannot stand here", node.at, "name a variable")
+        if isinstance(node, s.Assigned):
+            return self._place_of(node).type
         if isinstance(node, s.Unary):
             inner = self.infer(node.operand)
             return inner if node.op == "NOT" or inner is None else self.operators.number(inner)
@@ -369,6 +425,15 @@ class ExpressionChecker:
             return self.operators.moment_type(node.op, left, right)
         return self.operators.operand_type(node.op, node.left, node.right, None)
 
+    def _place_of(self, node: s.Assigned) -> t.Variable:
+        """Return the target of an assignment inside an expression, or raise InputError."""
+        hint = "assign it in a statement of its own"
+        if isinstance(node.target, s.Part):
+            raise self.scope.error("a bit is not assigned inside an expression", node.at, hint)
+        if isinstance(node.target, PLACES) and self.methods.setter(node.target) is not None:
+            raise self.scope.error("a property is not assigned inside an expression", node.at, hint)
+        return self.writable(node.target)
+
     def _enumeration(self, node: s.Name) -> Type | None:
         owners = self.scope.registry.members.get(node.key, [])
         if not owners:
@@ -382,6 +447,8 @@ class ExpressionChecker:
         """
         if isinstance(want, (ReferenceType, InterfaceType)):
             return self.references.wanted(node, want)
+        if isinstance(want, StructType) and (want.name in GROUPS or want.name == "AnyType"):
+            return self.references.generic(node, want)
         key = id(node), type_name(want)
         known = self._checked.get(key)
         if known is not None and (want is None or key[1]):
@@ -411,6 +478,10 @@ class ExpressionChecker:
         """Return the call of a conversion, or the converted constant."""
         return self.fitting.converted(found, want)
 
+    def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
+        """Return an expression in the required type, or raise InputError; see `Fitting`."""
+        return self.fitting.fitted(found, want, node)
+
     def _typed(self, node: s.Expression, want: Type | None) -> t.Expression:
         if isinstance(node, s.Name) and not self.is_variable(node):
             return self._member_of_enumeration(node, want)
@@ -427,6 +498,11 @@ class ExpressionChecker:
             return self._call(plain, want) if plain is not None else self.invoked(node)
         if isinstance(node, PLACES):
             return self.variable(node)
+        if isinstance(node, s.TypeName):
+            raise self.scope.error("a type cannot stand here", node.at, "name a variable")
+        if isinstance(node, s.Assigned):
+            target = self._place_of(node)
+            return t.Assigned(target, self.check(node.value, target.type), target.type)
         folded = self.fold(node)
         if folded is not None:
             if folded.typed:

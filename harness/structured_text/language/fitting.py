@@ -7,9 +7,21 @@ from structured_text.language import tree as t
 from structured_text.language.checking import Checking
 from structured_text.language.constants import adapt
 from structured_text.language.operators import LOGIC
-from structured_text.language.scalars import ANY_INT, ELEMENTARY, string_length
+from structured_text.language.scalars import (
+    ANY_INT,
+    BOOL,
+    ELEMENTARY,
+    INT_RANGE,
+    string_length,
+)
 from structured_text.language.standard import convertible
-from structured_text.language.types import ElementaryType, EnumType, Type, type_name
+from structured_text.language.types import (
+    ElementaryType,
+    EnumType,
+    Type,
+    integer_name,
+    type_name,
+)
 from structured_text.language.values import describe
 from structured_text.language.widening import converted, widening
 
@@ -30,6 +42,11 @@ class Fitting:
         """
         have = found.type
         hint = ""
+        if self._scope.declarations.derives(have, want):
+            # Every field of the base is also a field of the value, with the same name and type.
+            shown = f"a {describe(have)} where a {describe(want)} is expected"
+            self._scope.note("a structure as its base", node.at, shown)
+            return found
         if isinstance(want, ElementaryType) and isinstance(have, ElementaryType):
             if isinstance(found, t.Constant) and isinstance(found.value, str):
                 return adapt(found, want, node.at, self._scope.where)
@@ -84,16 +101,38 @@ class Fitting:
         """Convert an enumeration to a wanted number, or a number to an enumeration."""
         if want is None or found.type == want:
             return found
-        if isinstance(want, EnumType) and type_name(found.type) in ANY_INT:
+        have = found.type
+        if isinstance(want, EnumType) and integer_name(have) in INT_RANGE and have != BOOL:
+            if isinstance(have, EnumType) and "strict" in want.attributes:
+                return found
             self._scope.note("a number as an enumeration", at)
-            return t.Standard("MOVE", (found,), want)
-        if isinstance(found.type, EnumType) and type_name(want) in ANY_INT:
-            self._scope.note("an enumeration as a number", at)
-            base = ELEMENTARY[found.type.base]
-            moved = t.Standard("MOVE", (found,), base)
-            return (
-                moved
-                if base == want
-                else t.Standard(f"{base.name}_TO_{type_name(want)}", (moved,), want)
-            )
+            number = self.based(found) if isinstance(have, EnumType) else found
+            if not isinstance(have, ElementaryType) or have.name not in ANY_INT:
+                number = self._as(number, ELEMENTARY[want.base])
+            return t.Standard("MOVE", (number,), want)
+        if isinstance(have, EnumType) and isinstance(want, ElementaryType):
+            known = want.name == have.base or want.name in ANY_INT
+            if known or widening(have.base, want.name):
+                self._scope.note("an enumeration as a number", at)
+                return self._as(self.based(found), want)
         return found
+
+    @staticmethod
+    def based(found: t.Expression) -> t.Expression:
+        """Return an enumeration as a number of its base type; any other value as it is."""
+        if not isinstance(found.type, EnumType):
+            return found
+        base = ELEMENTARY[found.type.base]
+        if isinstance(found, t.Constant):
+            return t.Constant(found.value, base, True)
+        return t.Standard("MOVE", (found,), base)
+
+    @staticmethod
+    def _as(found: t.Expression, want: ElementaryType) -> t.Expression:
+        """Return a number as another type, without a check."""
+        have = type_name(found.type)
+        if have == want.name:
+            return found
+        if isinstance(found, t.Constant):
+            return t.Constant(converted(found.value, have, want), want, True)
+        return t.Standard(f"{have}_TO_{want.name}", (found,), want)

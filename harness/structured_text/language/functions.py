@@ -10,10 +10,13 @@ widens.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.calls import function_arguments, standard_arguments
 from structured_text.language.checking import Checking
+from structured_text.language.function_overloads import chosen_function
 from structured_text.language.methods import NOTHING
 from structured_text.language.references import PLACES
 from structured_text.language.registry import ConsequenceError
@@ -26,10 +29,13 @@ from structured_text.language.scalars import (
     ANY_STRING,
     BOOL,
     ELEMENTARY,
+    LONGEST_STRING,
     SIGNED,
+    STRING_MAX,
     WIDTH,
+    string_length,
 )
-from structured_text.language.sizes import size_of
+from structured_text.language.sizes import block_size, size_of
 from structured_text.language.standard import (
     BLOCKS,
     FUNCTIONS,
@@ -43,9 +49,15 @@ from structured_text.language.standard import (
     reserved,
     truncation,
 )
-from structured_text.language.types import ArrayType, ElementaryType, EnumType, Type, type_name
+from structured_text.language.types import (
+    ArrayType,
+    ElementaryType,
+    EnumType,
+    Type,
+    type_name,
+)
 from structured_text.language.values import describe
-from structured_text.language.widening import BITS_OF, joined, number_of, widens
+from structured_text.language.widening import BITS_OF, joined, number_of, same_number, widens
 
 __all__ = ["Functions", "same_text"]
 
@@ -74,10 +86,13 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
+#: Least length of their results in dialects whose plain STRING has another length than matiec's.
+_JOINED = 255
 #: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")
 #: Functions of a declaration, not of a value.
-_OF_VARIABLES = ("SIZEOF", "LOWER_BOUND", "UPPER_BOUND")
+_SIZES = ("SIZEOF", "XSIZEOF")
+_OF_VARIABLES = (*_SIZES, "LOWER_BOUND", "UPPER_BOUND")
 
 
 class Functions:
@@ -91,7 +106,7 @@ class Functions:
 
     def result(self, node: s.Call) -> Type | None:
         """Return the type of the result; None if the context determines it."""
-        key = node.function.key
+        key = chosen_function(node.function, node.arguments, self._expressions).key
         declared = self._scope.declarations.pous.get(key)
         if declared is not None:
             return None if declared.result is None else declared.result.type
@@ -122,6 +137,8 @@ class Functions:
         for argument, (_, kind) in standard_arguments(node, signature, self._scope):
             if kind == "T":
                 one = self._expressions.infer(argument.value)
+                if isinstance(one, EnumType) and node.function.key not in _SELECTIONS:
+                    one = ELEMENTARY[one.base]
                 real = real or (one is None and self._expressions.is_real(argument.value))
                 if one is not None:
                     found = one if found is None else self._expressions.operators.common(found, one)
@@ -138,6 +155,10 @@ class Functions:
 
     def _result_type(self, key: str, common: Type | None) -> Type | None:
         if isinstance(common, ElementaryType) and common.name in ANY_STRING:
+            plain = self._scope.registry.dialect.text
+            if key in _JOINING and plain != STRING_MAX:
+                longest = max(_JOINED, plain, string_length(common))
+                return ElementaryType(common.name, min(longest, LONGEST_STRING))
             return joined([common], longer=key in _JOINING)
         return common
 
@@ -145,6 +166,9 @@ class Functions:
 
     def call(self, node: s.Call, want: Type | None) -> t.Expression:
         """Type a call, or raise InputError."""
+        chosen = chosen_function(node.function, node.arguments, self._expressions)
+        if chosen is not node.function:
+            node = replace(node, function=chosen)
         key, name, at = node.function.key, node.function.text, node.at
         pou = self._scope.declarations.pous.get(key)
         if pou is not None and pou.kind == "FUNCTION":
@@ -175,6 +199,9 @@ class Functions:
             symbol = self._scope.symbol(key)
             if symbol is not None:
                 raise self._scope.error(f"{name} is a {describe(symbol.type)}, not a function", at)
+            here = self._scope.block
+            if here is not None and self._scope.registry.incomplete(here.name.upper()):
+                raise ConsequenceError(f"the base of {here.name} is missing")
             raise self._scope.error(
                 f"there is no function {name}", at, "name its file, too, or check the spelling"
             )
@@ -226,9 +253,18 @@ class Functions:
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)
         all_ = self._expressions
-        found = all_.variable(value) if pin.constant else all_.writable(value)
+        # CODESYS also passes an input of open length on as a VAR_IN_OUT: it is never copied.
+        read = pin.constant or (_is_open(kind) and _is_open(all_.variable(value).type))
+        found = all_.variable(value) if read else all_.writable(value)
+        if pin.section == "VAR_OUTPUT" and same_number(kind, found.type):
+            self._scope.note("an enumeration as a number", argument.at)
+            return found
         if pin.section == "VAR_OUTPUT" and widens(kind, found.type):
             self._scope.note("an implicit conversion", argument.at, f"the output {pin.name}")
+            return found
+        below = self._scope.declarations.derives(found.type, kind)
+        if below and pin.section == "VAR_IN_OUT":
+            self._scope.note("a structure as its base", argument.at)
             return found
         if found.type != kind and not same_text(found.type, kind) and not fills(found.type, kind):
             raise self._scope.error(
@@ -256,7 +292,10 @@ class Functions:
             if cut is not None and type_name(wanted) not in ANY_REAL:
                 wanted = ELEMENTARY["LREAL"]
             elif isinstance(wanted, EnumType):
-                raise self._scope.error(f"{key} is not defined for {describe(wanted)}", argument.at)
+                if target in ANY_STRING and "to_string" in wanted.attributes:
+                    text = f"{key} of {describe(wanted)}, whose members have texts (to_string),"
+                    raise self._scope.error(f"{text} is not supported", argument.at)
+                wanted = ELEMENTARY[wanted.base]
         value = self._expressions.check(argument.value, wanted)
         result = ELEMENTARY[target]
         have = value.type
@@ -287,13 +326,13 @@ class Functions:
         return t.Binary(op, first, second, ELEMENTARY[result])
 
     def _of_variable(self, node: s.Call, want: Type | None) -> t.Expression:
-        """Type SIZEOF, LOWER_BOUND and UPPER_BOUND.
+        """Type SIZEOF, XSIZEOF, LOWER_BOUND and UPPER_BOUND.
 
         They are constants because all types are complete. Only the bounds of an ARRAY [*] are read
         at run time.
         """
         key, count = node.function.key, len(node.arguments)
-        number = 1 if key == "SIZEOF" else 2
+        number = 1 if key in _SIZES else 2
         if count != number:
             raise self._scope.error(f"{key} takes {number} arguments, not {count}", node.at)
         first = node.arguments[0].value
@@ -306,11 +345,14 @@ class Functions:
             if not isinstance(first, PLACES):
                 raise self._scope.error(f"{key} needs a variable", first.at)
             kind = self._expressions.variable(first).type
-        if key == "SIZEOF":
+        if key in _SIZES:
             size = size_of(kind)
             if size is None:
+                self._scope.note("the size of a block", first.at)
+                size = block_size(kind)
+            if size is None:
                 raise self._scope.error(
-                    f"SIZEOF is not supported for a {describe(kind)}",
+                    f"{key} is not supported for a {describe(kind)}",
                     first.at,
                     "write the size as a number: the tools differ",
                 )
@@ -407,6 +449,8 @@ class Functions:
         found = self._expressions.infer(argument.value)
         if found is None:
             return self._expressions.check(argument.value, None).type
+        if isinstance(found, EnumType):
+            found = ELEMENTARY[found.base]
         if type_name(found) in ANY_BIT and type_name(found) != "BOOL":
             return ELEMENTARY[number_of(type_name(found))]
         if not isinstance(found, ElementaryType) or found.name not in allowed:
@@ -425,6 +469,11 @@ class Functions:
         if isinstance(want, ElementaryType) and want.name in ANY_INT:
             return want
         return ELEMENTARY["INT"]
+
+
+def _is_open(kind: Type) -> bool:
+    """Return whether a type is an array of open length."""
+    return isinstance(kind, ArrayType) and kind.open
 
 
 def same_text(one: Type, other: Type) -> bool:

@@ -6,7 +6,8 @@ its base in the sources. `_inherit` then handles every base before the blocks de
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import ChainMap
+from collections.abc import Callable, Iterator, MutableMapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -14,7 +15,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.objects import INIT, Objects
 from structured_text.language.parser import TWO_BASES
-from structured_text.language.registry import Declared, last_name
+from structured_text.language.registry import Declared, Registry, base_name, last_name
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import ArrayType, BlockType, Type, has_block, inside
 from structured_text.language.values import describe
@@ -40,6 +41,9 @@ class _Declarations(Protocol):
 
     pous: dict[str, Pou]
     broken: set[str]
+    local: MutableMapping[str, Symbol]
+    sections: list[tuple[s.Section, Declared]]
+    registry: Registry
 
     def is_known(self, key: str) -> bool:
         """Return whether the sources declare this name."""
@@ -81,7 +85,8 @@ class Inheritance:
             return {}
         if TWO_BASES in node.words:
             raise where.error("a block extends one block only", node.at, "use interfaces")
-        key = last_name(node.extends)
+        self._declarations.registry.check_reachable(node.extends, where)
+        key = base_name(node)
         base = self._declarations.pous.get(key)
         if base is None or base.kind != "FUNCTION_BLOCK":
             hint = "name its file, too, or check the spelling"
@@ -113,7 +118,7 @@ class Inheritance:
         if isinstance(node, s.Pou):
             objects.blocks.append(key)
             if node.extends is not None:
-                objects.extended[key] = last_name(node.extends)
+                objects.extended[key] = base_name(node)
 
     def finish(self) -> None:
         """Resolve all methods and check the rules of inheritance; report errors."""
@@ -138,9 +143,15 @@ class Inheritance:
     def _find_bases(self, owner: _Owner) -> None:
         node, where = owner.node, owner.where
         interfaces = node.implements if isinstance(node, s.Pou) else node.extends
+        registry = self._declarations.registry
         if isinstance(node, s.Pou) and node.extends is not None:
-            self.objects.bases[owner.key].append(last_name(node.extends))
+            self.objects.bases[owner.key].append(base_name(node))
         for name in interfaces:
+            try:
+                registry.check_reachable(name, where)
+            except InputError as error:
+                self._report(error)
+                continue
             base = self._owners.get(last_name(name))
             if base is None or not isinstance(base.node, s.Interface):
                 hint = "name its file, too, or check the spelling"
@@ -169,6 +180,9 @@ class Inheritance:
     def _add_method(self, owner: _Owner, pou: Pou | None, node: s.Method, name: str) -> None:
         where, declarations = owner.where, self._declarations
         symbols: dict[str, Symbol] = {}
+        # Constants of the method, then those of its block, can be bounds and initial values.
+        declarations.local = ChainMap(symbols, {} if pou is None else pou.symbols)
+        declarations.sections = [(section, where) for section in node.sections]
         for section in node.sections:
             if section.kind != "VAR_INST":
                 declarations.add_section(section, "METHOD", symbols, where)
@@ -192,6 +206,7 @@ class Inheritance:
                 declarations.broken.add(key)
             else:
                 result = Symbol(node.name.text, kind, "RESULT", node.at, initial)
+        declarations.local, declarations.sections = {}, []
         if result is not None and name.endswith(".Set"):
             result.section = "VAR_INPUT"
             symbols = {node.name.key: result, **symbols}
@@ -247,9 +262,15 @@ class Inheritance:
 
     def _check_override(self, owner: _Owner, name: str, method: Pou, inherited: Pou) -> None:
         at = self._at(owner, name)
-        if "FINAL" in inherited.words:
+        # An interface has no body: FINAL there is for the blocks that implement it.
+        if "FINAL" in inherited.words and inherited.owner is not None:
             self._report(owner.where.error(f"{inherited.name} is FINAL", at))
-        if _signature(method) != _signature(inherited):
+        if name == INIT.upper():
+            if not _extends(method, inherited):
+                text = f"{method.name} must begin with the parameters of {inherited.name}"
+                hint = "its own parameters come behind them"
+                self._report(owner.where.error(text, at, hint))
+        elif _signature(method) != _signature(inherited):
             text = f"{method.name} has other parameters than {inherited.name}"
             self._report(owner.where.error(text, at, "names, types and result must be the same"))
 
@@ -295,6 +316,19 @@ def _methods_of(node: s.Pou) -> Iterator[s.Method]:
             yield member
         else:
             yield from (one for one in (member.getter, member.setter) if one is not None)
+
+
+def _extends(method: Pou, inherited: Pou) -> bool:
+    """Return whether the inputs of an `INIT` begin with those of the base's.
+
+    The base's gets its arguments by position, so only their types must be the same. An `INIT` may
+    leave out its result and the standard parameters' names.
+    """
+    own, base = (
+        [describe(one.type).upper() for one in each.section("VAR_INPUT")]
+        for each in (method, inherited)
+    )
+    return own[: len(base)] == base
 
 
 def _signature(method: Pou) -> tuple[object, ...]:

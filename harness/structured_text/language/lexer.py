@@ -10,6 +10,7 @@ The lexer looks ahead for `:`, `,` or `..` and yields LABEL instead of IDENT. Th
 from __future__ import annotations
 
 import re
+import unicodedata
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -18,10 +19,11 @@ from pathlib import Path
 from lark import Token
 
 from structured_text.errors import InputError
+from structured_text.language.conditional import PRAGMA, ConditionError, Conditions
 from structured_text.language.constructs import Use
 from structured_text.language.source import origin
 from structured_text.language.syntax import Name, Position
-from structured_text.language.words import OBJECT_WORDS, Context
+from structured_text.language.words import OBJECT_WORDS, Context, is_soft
 
 __all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
 
@@ -30,7 +32,10 @@ _GROUPS = (
     *("ACTION", "CASE", "CONFIGURATION", "FOR", "FUNCTION", "FUNCTION_BLOCK", "IF", "PROGRAM"),
     *("REPEAT", "RESOURCE", "STRUCT", "TYPE", "UNION", "VAR", "WHILE"),
 )
-_SECTIONS = ("EXTERNAL", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT", "STAT", "TEMP")
+_SECTIONS = (
+    *("CONFIG", "EXTERNAL", "GENERIC", "GLOBAL", "IN_OUT", "INPUT", "INST", "OUTPUT"),
+    *("STAT", "TEMP"),
+)
 KEYWORDS = frozenset(
     (
         *_GROUPS,
@@ -45,6 +50,7 @@ KEYWORDS = frozenset(
 
 PUNCTUATION = {
     ":=": "ASSIGN",
+    "?=": "ATTEMPT",
     "=>": "SENDTO",
     "<=": "LE",
     ">=": "GE",
@@ -87,12 +93,20 @@ _UNSUPPORTED = {
         ("STEP", "INITIAL_STEP", "END_STEP", "TRANSITION", "END_TRANSITION"),
         "Sequential Function Chart",
     ),
-    "CLASS": "classes; write a FUNCTION_BLOCK",
-    **dict.fromkeys(("VAR_ACCESS", "VAR_CONFIG"), "access paths"),
+    "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
+#: Tokens before a name that is declared or used: such a word is the name.
+_BEFORE_NAMES = frozenset(
+    ("DOT", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD", "PROPERTY", "PROGRAM", "CLASS")
+)
 #: Text behind such a word if it is the keyword and not a variable of that name.
-_MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
+_MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
+
+_GIVEN = re.compile(r"\s*(?::=|=>)")
+_DECIMAL = re.compile(r"(?:^|#[-+]?)10#")
+#: Tokens before a name: no word behind them begins an unsupported construct.
+_BEFORE_NAMES = ("DOT", "WORD", "CLASS", "FUNCTION_BLOCK", "FUNCTION", "INTERFACE", "METHOD")
 
 #: A token with the white space before it.
 _PATTERN = re.compile(
@@ -102,20 +116,21 @@ _PATTERN = re.compile(
         | L?(?:D|DATE|TOD|TIME_OF_DAY|DT|DATE_AND_TIME)\#[\d:.\-_]+
         | W?(?:CHAR|STRING)\#(?:'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
         | [A-Z_]\w*\#[-+]?
-          (?:\d+\#\w+|\d[\d_]*(?:\.\d[\d_]*)?E[-+]?\d+|\d[\d_]*\.\d[\d_]*|\d\w*|[A-Z_]\w*)
+          (?:\d+\#\w+|[ \t]+[A-Z_]\w*
+          |\d[\d_]*(?:\.\d[\d_]*)?E[-+]?\d+|\d[\d_]*\.\d[\d_]*|\d\w*|[A-Z_]\w*)
       )
     | (?P<IDENT>[A-Z_]\w*)
     | (?P<comment>\(\*)
     | (?P<line_comment>//)
     | (?P<block_comment>/\*)
-    | (?P<punctuation>:=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
+    | (?P<punctuation>:=|\?=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
     | (?P<REALNUM>\d[\d_]*(?:\.\d[\d_]*(?:E[-+]?\d+)?|E[-+]?\d+))
-    | (?P<INTEGER>(?:2|8|16)\#\w+|\d[\d_]*)
+    | (?P<INTEGER>(?:2|8|10|16)\#\w+|\d[\d_]*)
     | (?P<STRING>'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
     | (?P<PART>%[XBWDL]\d+(?!\.))
     | (?P<DIRECT>%[A-Z]*(?:[\d.]+|\*))
     | (?P<pragma>[{}])
-    | (?P<hash>\#(?=[A-Z_]))
+    | (?P<hash>\#(?=[A-Z_\x80-\uffff]))
     | (?P<unknown>\S)
     )""",
     re.VERBOSE | re.IGNORECASE | re.ASCII,
@@ -123,6 +138,17 @@ _PATTERN = re.compile(
 
 #: Longest name, and how much of a longer name a message shows [characters].
 _LONGEST_NAME, _SHOWN = 1_000, 40
+#: A name with letters beyond ASCII, or a member behind the name of its enumeration.
+_WIDE = re.compile(r"[^\W\d][\w\u0300-\u036f]*(?:#[^\W\d][\w\u0300-\u036f]*)?")
+#: A text with line ends in it, and what may stand behind such a text. Without the second condition,
+#: a text that is never closed would reach to the beginning of the next one.
+_LINES = re.compile(
+    r"""(?:'(?:\$.|[^$'])*'|"(?:\$.|[^$"])*")(?=\s*(?:[;,)\]:+=<>]|\Z))""", re.DOTALL
+)
+#: Text in a pragma that is C and not a pragma of a tool.
+_C_CODE = re.compile(r"__[SG]ET_|data__|#\s*(?:include|define)\b|->")
+_ATTRIBUTE = re.compile(r"\s*(?:[\w.]+\s*:=\s*\S+.*)?", re.DOTALL)
+_TEXTS = re.compile(r"'[^']*'|\"[^\"]*\"")
 _LITERALS = ("TYPED", "INTEGER", "REALNUM", "STRING", "DIRECT", "PART")
 #: Text behind the first name of a CASE label: members after dots, white space, comments, and then
 #: `:` (but not `:=`), `,` or `..`.
@@ -180,6 +206,10 @@ class _Lexer:
         self._configuration = False
         self._previous = ""
         self._context = Context()
+        self._condition = 0
+        self._conditions = Conditions(
+            lambda detail: self._note("conditional compilation", self._condition, detail)
+        )
 
     def _at(self, offset: int) -> Position:
         line = bisect_right(self._starts, offset)
@@ -204,6 +234,11 @@ class _Lexer:
             kind = str(found.lastgroup)
             offset, behind = found.span(kind)
             value = text[offset:behind]
+            if text[behind : behind + 1] > "\x7f" or value > "\x7f":
+                kind, value, behind = self._wide(kind, value, offset, behind)
+            if kind == "unknown" and value in "'\"" and (lines := _LINES.match(text, offset)):
+                self._note("a text over several lines", offset)
+                kind, value, behind = "STRING", lines.group(), lines.end()
             if kind == "punctuation":
                 kind = PUNCTUATION[value]
             elif kind == "IDENT":
@@ -219,7 +254,7 @@ class _Lexer:
                 if special:
                     kind = special
                 elif word in KEYWORDS and word not in OBJECT_WORDS:
-                    kind = self._keyword(word)
+                    kind = self._keyword(word, behind)
                 if self._is_access(word, behind):
                     self._note("an access specifier", offset)
                     continue
@@ -251,6 +286,8 @@ class _Lexer:
                     self._refuse("this number is malformed", offset, hint)
                 elif kind == "REALNUM" and "." not in value:
                     self._note("a number such as 1E3", offset)
+            if kind in ("INTEGER", "TYPED") and _DECIMAL.search(value):
+                self._note("a number with 10#", offset)
             if kind == "SEMICOLON":
                 self._empty(offset)
             elif self._previous in _ENDS and kind not in _NO_STATEMENT:
@@ -258,22 +295,42 @@ class _Lexer:
             at = self._at(offset)
             yield Token(kind, value, offset, at.line, at.column)
             self._previous = kind
+        if self._conditions.unclosed is not None:
+            hint = "write {END_IF} behind its branches"
+            self._refuse("this {IF} has no {END_IF}", self._conditions.unclosed, hint)
+
+    def _wide(self, kind: str, value: str, offset: int, behind: int) -> tuple[str, str, int]:
+        """Return kind, text and end of a token that may be a name with letters beyond ASCII.
+
+        The text is normalised, because one letter can have several codes, and Python, which runs
+        the program, does not distinguish them.
+        """
+        found = _WIDE.match(self._text, offset) if kind in ("IDENT", "TYPED", "unknown") else None
+        if found is None or (found.end() <= behind and kind != "unknown"):
+            return kind, value, behind
+        name = unicodedata.normalize("NFKC", found.group())
+        if not all(part.isidentifier() for part in name.split("#")):
+            return kind, value, behind
+        self._note("a name with letters beyond ASCII", offset)
+        return ("TYPED" if "#" in name else "IDENT"), name, found.end()
 
     def _is_access(self, word: str, behind: int) -> bool:
         """Return whether the word is PUBLIC or INTERNAL before a type or program."""
         if word not in _ACCESS or self._previous not in ("TYPE", "PROGRAM"):
             return False
-        return re.match(r"\s+[A-Za-z_]", self._text[behind : behind + 40]) is not None
+        return re.match(r"\s+[A-Za-z_\x80-\uffff]", self._text[behind : behind + 40]) is not None
 
     def _line_end(self, offset: int) -> int:
         line = bisect_right(self._starts, offset)
         return self._starts[line] - 1 if line < len(self._starts) else len(self._text)
 
-    def _keyword(self, word: str) -> str:
+    def _keyword(self, word: str, behind: int) -> str:
         """Return the kind of a word that is a keyword in some places."""
         if word in _OF_CONFIGURATIONS and not self._configuration:
             return "IDENT"
         if self._previous == "DOT":
+            return "IDENT"
+        if is_soft(word, self._previous, self._text, behind):
             return "IDENT"
         if word == "CASE":
             self._cases += 1
@@ -287,13 +344,16 @@ class _Lexer:
 
     def _name(self, value: str, word: str, offset: int, behind: int) -> str:
         """Return the kind of an identifier: LABEL at the beginning of a CASE label, else IDENT."""
-        if word in _UNSUPPORTED and self._previous != "DOT" and _MEANT.match(self._text, behind):
+        named = self._previous in _BEFORE_NAMES
+        if word in _UNSUPPORTED and not named and _MEANT.match(self._text, behind):
             self._refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset)
         elif word in ("R_EDGE", "F_EDGE") and self._previous == "IDENT":
             self._refuse(f"{word} is not supported (edge qualifiers)", offset, "use an R_TRIG")
         if "__" in word or word.endswith("_"):
             self._note("a name with __ or _ at its end", offset)
-        elif word in _RESERVED:
+        elif word in ("EN", "ENO") and _GIVEN.match(self._text, behind):
+            pass  # a pin of a call; the checker notes it
+        elif word in _RESERVED or word in KEYWORDS - OBJECT_WORDS:
             self._note("a reserved word as a name", offset)
         if self._cases and self._previous in _BEFORE_LABEL:
             return "LABEL" if _LABEL_FOLLOWS.match(self._text, behind) else "IDENT"
@@ -358,13 +418,26 @@ class _Lexer:
             self._refuse("this pragma is never closed", offset, "end it with }")
             return -1
         said = self._text[offset + 1 : end].strip()
+        if _is_c_code(said):
+            self._refuse("C code in a pragma is not supported", offset, "write Structured Text")
+            return end + 1
         self._note("a pragma", offset)
-        if re.match(r"(?:IF|ELSIF|ELSE|END_IF)\b", said, re.IGNORECASE):
-            hint = "leave one of its branches"
-            self._refuse("conditional compilation is not supported", offset, hint)
+        if conditional := PRAGMA.fullmatch(said):
+            return self._behind_condition(conditional[1], conditional[2], offset, end + 1)
         if self._notes is not None:
             self._notes.pragmas.append(Name(said, self._at(offset)))
         return end + 1
+
+    def _behind_condition(self, word: str, rest: str, offset: int, end: int) -> int:
+        """Return the offset behind a pragma of conditional compilation and what it leaves out."""
+        if word.upper() == "IF":
+            self._note("conditional compilation", offset)
+        self._condition = offset
+        try:
+            return self._conditions.behind(word, rest, offset, end, self._text)
+        except ConditionError as error:
+            self._refuse(str(error), offset, error.hint)
+            return end
 
     def _unknown(self, kind: str, value: str, offset: int) -> None:
         """Report characters that do not begin any token."""
@@ -375,3 +448,14 @@ class _Lexer:
             self._refuse("this string is never closed", offset, hint)
         else:
             self._refuse(f"the character {value!r} has no meaning here", offset)
+
+
+def _is_c_code(said: str) -> bool:
+    """Return whether a pragma contains C, which a tool would compile into the program.
+
+    A pragma of a tool is a word with texts, or a list of attributes such as `A := 'x'; B := 'y'`.
+    """
+    plain = _TEXTS.sub("''", said)
+    if _C_CODE.search(plain):
+        return True
+    return ";" in plain and not all(_ATTRIBUTE.fullmatch(part) for part in plain.split(";"))

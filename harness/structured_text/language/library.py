@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
 from pathlib import Path
 
 from structured_text.errors import InputError
 from structured_text.output.toml_files import check_keys, line_of, load_toml
 
-__all__ = ["Names"]
+__all__ = ["Names", "names_of"]
+
+#: The folder of a library, and the file beside it.
+_FOLDER, _FILE = "lib", "library.toml"
 
 
 @dataclass(frozen=True)
@@ -20,6 +25,7 @@ class Names:
         prefix: Prefix of the names of its types; empty for any name.
         byte_image: Its array of BYTE for a process image; empty without one.
         word_image: Its array of WORD for a process image; empty without one.
+        tested: Another engine with which its authors test it: `matiec`, or empty.
         notes: Notes for an exported README, by `TARGET_SUBJECT`.
         project: Name of an exported project.
         file: Prefix of the names of exported files.
@@ -37,6 +43,7 @@ class Names:
     owner: str = ""
     byte_image: str = ""
     word_image: str = ""
+    tested: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
@@ -53,3 +60,17 @@ class Names:
             if not all(isinstance(text, str) for text in texts):
                 raise InputError(f"{key} is not a text", file=file, line=line_of(file, key))
         return cls(**table)
+
+
+@lru_cache(maxsize=4096)
+def names_of(file: Path) -> Names:
+    """Return the properties of the library that a source belongs to; empty ones if it is of none.
+
+    A library is a folder `lib` with `library.toml` beside it. A file of that name that belongs to
+    something else is not read.
+    """
+    for parent in file.parents:
+        if parent.name == _FOLDER and (description := parent.parent / _FILE).is_file():
+            with suppress(InputError):
+                return Names.load(description)
+    return Names()

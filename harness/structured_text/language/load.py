@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,34 +21,55 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.bodies import check_body, check_start
 from structured_text.language.compiling import deeply, uncollected
+from structured_text.language.constructs import Use
 from structured_text.language.declare import Declarations, Scope
+from structured_text.language.dialects import Dialect, dialect_of, rules_of
+from structured_text.language.generics import instantiated
 from structured_text.language.located import located
+from structured_text.language.namespaces import separated
 from structured_text.language.parser import read_text
+from structured_text.language.phases import joined
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
-from structured_text.language.registry import ConsequenceError, Declared, Registry
+from structured_text.language.registry import (
+    ConsequenceError,
+    Declared,
+    Registry,
+    base_name,
+    last_name,
+)
 from structured_text.language.scalars import TIME
-from structured_text.language.source import source_text
+from structured_text.language.source import is_narrow, source_text
+from structured_text.language.starting import instance_sections
+from structured_text.language.system import QUERY, system_declaration
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
+from structured_text.language.unread import not_executed, refusal, unread_bodies
 from structured_text.language.walk import parts
 from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
 
 __all__ = [
     "Read",
     "Schedule",
+    "Visit",
     "analyse",
     "checked",
     "configure",
+    "first_errors",
     "load",
     "read_file",
+    "survey",
     "too_deep",
 ]
 
 #: A function that parses one source.
 Read = Callable[[Path], s.Source]
+#: A function that sees the names known in a body, and its statements.
+Visit = Callable[[Scope, tuple[s.Statement, ...]], None]
 
 #: Priority of a task without one, by the standard. It is the lowest, which runs last.
 _LOWEST = 65535
+#: Longest scan of a program without a task beside tasks [us]: that of a program without any task.
+_SCAN_US = 10_000
 
 
 @dataclass(frozen=True)
@@ -132,7 +153,9 @@ def _configured(declared: Declared, registry: Registry, declarations: Declaratio
         Task(name.text, interval, priority, tuple(members[key]))
         for key, (name, interval, priority) in intervals.items()
     )
-    tick = math.gcd(*(task.interval_us for task in tasks)) if tasks else None
+    # A program without a task keeps its own pace beside the tasks: it runs in every scan.
+    own_us = [_SCAN_US] if free else []
+    tick = math.gcd(*(task.interval_us for task in tasks), *own_us) if tasks else None
     runs = [
         ScheduledInstance(instance, task.interval_us // (tick or 1))
         for task in sorted(tasks, key=lambda task: task.priority)
@@ -205,13 +228,24 @@ def load(paths: Sequence[Path], read: Read | None = None) -> Project:
         The checked project.
 
     Raises:
-        InputError: the first mistake, with file, line and hint.
+        InputError: the first mistake, with file, line and hint; or the program executes a body
+            in another language.
     """
-    return runnable(checked(paths, read))
+    return not_executed(runnable(_whole(paths, read)), paths)
 
 
 def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
-    """Parse and check sources that may also be a library without a PROGRAM, or raise InputError."""
+    """Parse and check sources that may also be a library without a PROGRAM, or raise InputError.
+
+    Bodies in other languages are refused.
+    """
+    if unread := unread_bodies(paths):
+        raise refusal(unread)
+    return _whole(paths, read)
+
+
+def _whole(paths: Sequence[Path], read: Read | None) -> Project:
+    """Return the checked project, or raise InputError with the first mistake."""
     project, errors = analyse(paths, read)
     if errors:
         raise errors[0]
@@ -220,23 +254,47 @@ def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
 
 
 def analyse(
-    paths: Sequence[Path], read: Read | None = None
+    paths: Sequence[Path],
+    read: Read | None = None,
+    most: int | None = None,
+    *,
+    every: bool = False,
 ) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, in the order of the given files.
 
     Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
-    another error are left out.
+    another error are left out. `most` is the number of errors after which the others are counted;
+    default: `MOST_MISTAKES`. With `every` all are returned, the consequences as `ConsequenceError`:
+    a statistic of files must not count a file as accepted because its error is not shown.
     """
     read = read or read_file
     try:
-        return deeply(partial(_analysed, paths, read))
+        project, errors = deeply(partial(_analysed, paths, read, every=every))
+        if every:
+            return project, errors
+        return project, first_errors(errors, MOST_MISTAKES if most is None else most)
     except RecursionError:
         return None, [too_deep(paths, read)]
 
 
+def survey(paths: Sequence[Path], visit: Visit, read: Read | None = None) -> list[InputError]:
+    """Check sources, and show each body with the names that are known in it.
+
+    `visit` is called after all declarations are resolved as far as possible, also if there are
+    errors. Return all errors.
+    """
+    return deeply(partial(_analysed, paths, read or read_file, visit))[1]
+
+
 def read_file(path: Path) -> s.Source:
     """Parse a file as far as it can be read, and collect its errors, or raise InputError."""
-    return read_text(source_text(path), path)
+    text = source_text(path)
+    source = read_text(text, path)
+    narrow = None if text.isascii() else is_narrow(path)
+    if narrow is None:
+        return source
+    use = Use("a source in Windows-1252", path, s.Position(narrow, 1))
+    return replace(source, uses=(*source.uses, use))
 
 
 def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
@@ -263,7 +321,9 @@ def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
 
 
 @uncollected()
-def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[InputError]]:
+def _analysed(
+    paths: Sequence[Path], read: Read, visit: Visit | None = None, *, every: bool = False
+) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
     missing = False
@@ -278,14 +338,32 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
             sources.append(source)
             errors += source.errors
     found: list[InputError] = []
-    project = _resolve(sources, found, whole=not errors)
-    found = _causes(found, sources)
+    whole = instantiated(separated(joined(sources)))
+    errors += [error for one in whole for error in one.errors if error not in errors]
+    rules = rules_of(dialect_of(paths))
+    project = _resolve(whole, found, whole=not errors, dialect=rules, visit=visit)
+    causes = _causes(found, sources)
+    if every:
+        caused = [_consequence(one) for one in found if one not in causes]
+        return project, [*errors, *causes, *caused]
     # Declarations in an unreadable file are unknown to the other files.
-    errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]
+    unread = {(one.file, one.line) for one in errors}
+    errors += [
+        one
+        for one in causes
+        if not ((missing or (one.file, one.line) in unread) and _UNKNOWN.match(one.message))
+    ]
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
     errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
-    return project if not errors else None, _first(list(dict.fromkeys(errors)))
+    return project if not errors else None, list(dict.fromkeys(errors))
+
+
+def _consequence(error: InputError) -> ConsequenceError:
+    """Return an error that follows from another one, marked as such."""
+    return ConsequenceError(
+        error.message, file=error.file, line=error.line, column=error.column, hint=error.hint
+    )
 
 
 def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
@@ -303,14 +381,14 @@ def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
             )
 
 
-def _first(errors: list[InputError]) -> list[InputError]:
+def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[InputError]:
     """Return the first errors, up to a limit, and a note on the number of further errors."""
-    more = len(errors) - MOST_MISTAKES
+    more = len(errors) - most
     if more <= 0:
         return errors
-    last = errors[MOST_MISTAKES - 1]
+    last = errors[most - 1]
     text = f"there are more mistakes, which are not shown: {more:,}"
-    return [*errors[:MOST_MISTAKES], InputError(text, file=last.file, line=last.line)]
+    return [*errors[:most], InputError(text, file=last.file, line=last.line)]
 
 
 def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:
@@ -326,6 +404,19 @@ def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputErro
         for name, first, behind in _interfaces(node)
         if any(first <= line < behind for line in lines)
     }
+
+    extended = {
+        node.name.key: base_name(node)
+        for source in sources
+        for node in source.declarations
+        if isinstance(node, (s.Pou, s.TypeDecl)) and node.extends is not None
+    }
+    for key in extended:  # what extends a spoiled interface has that interface, too
+        chain = [key]
+        while chain[-1] in extended and extended[chain[-1]] not in chain:
+            chain.append(extended[chain[-1]])
+        if names & set(chain):
+            names.add(key)
 
     def follows(error: InputError) -> bool:
         said = _OF.match(error.message)
@@ -364,11 +455,18 @@ _OF = re.compile(
 _UNKNOWN = re.compile(r"there is no |\S+ is not declared")
 
 
-def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) -> Project | None:
-    registry = Registry(sources, errors.append)
+def _resolve(
+    sources: list[s.Source],
+    errors: list[InputError],
+    *,
+    whole: bool,
+    dialect: Dialect,
+    visit: Visit | None = None,
+) -> Project | None:
+    registry = Registry(sources, errors.append, dialect)
     ordered = registry.ordered()
     declarations = Declarations(registry, errors.append)
-    for declared in ordered:
+    for declared in (*_system_interfaces(registry), *ordered):
         if isinstance(declared.node, s.Interface):
             declarations.inheritance.add(declared.node, declared)
     for declared in ordered:
@@ -383,16 +481,22 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
             pou = declarations.pous[declared.node.name.key]
             scope = Scope(pou, declared, registry, declarations)
             check_body(scope, declared.node.body, errors.append)
-            check_start(scope, declared.node.sections, errors.append)
+            if visit is not None:
+                visit(scope, declared.node.body)
+            sections = (*declared.node.sections, *instance_sections(declared.node))
+            check_start(scope, sections, errors.append)
     for method, syntax, where in declarations.inheritance.bodies():
         scope = Scope(method, where, registry, declarations)
         check_body(scope, syntax.body, errors.append)
+        if visit is not None:
+            visit(scope, syntax.body)
         check_start(scope, syntax.sections, errors.append)
     if errors or not whole:
         return None
     try:
         schedule = configure(registry, declarations)
         _check_extent(schedule, registry, declarations, ordered)
+        places = located(schedule.instances, declarations)
     except InputError as error:
         errors.append(error)
         return None
@@ -411,14 +515,34 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         },
         global_symbols=declarations.globals,
         lists=declarations.lists,
-        located=located(schedule.instances, declarations),
+        located=places,
         tasks=schedule.tasks,
         tick_us=schedule.tick_us,
         schedule=schedule.runs,
         objects=declarations.objects,
         uses=tuple(dict.fromkeys(registry.uses)),
         views=declarations.views,
+        dialect=dialect.name,
     )
+
+
+def _system_interfaces(registry: Registry) -> Iterator[Declared]:
+    """Yield the interface of `__SYSTEM`, if the sources use it and do not declare it."""
+    mentioned = {
+        last_name(name)
+        for one in (*registry.interfaces.values(), *registry.pous.values())
+        for name in _interfaces_of(one.node)
+    }
+    found = system_declaration(QUERY)
+    if found is not None and QUERY in mentioned and QUERY not in registry.interfaces:
+        registry.interfaces[QUERY] = found
+        yield found
+
+
+def _interfaces_of(node: s.Declaration) -> tuple[s.Name, ...]:
+    if isinstance(node, s.Interface):
+        return node.extends
+    return node.implements if isinstance(node, s.Pou) else ()
 
 
 def _check_extent(

@@ -3,7 +3,7 @@
 An array or structure with an address is listed element by element. Variables with an incomplete
 address (`%I*`) get their addresses here. Those of 48 bytes or more come first, because a scanner
 fills them. The others follow in order of declaration. None overlaps a variable that has an explicit
-address.
+address. VAR_CONFIG gives addresses to variables of instances.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 from typing import NamedTuple
 
+from structured_text.language.configured import configured_paths
 from structured_text.language.declare import Declarations
-from structured_text.language.sizes import places_of, size_of
+from structured_text.language.sizes import bits_of, places_of, size_of
 from structured_text.language.tree import Symbol
 from structured_text.language.types import (
     ArrayType,
@@ -46,16 +47,24 @@ class _Open(NamedTuple):
 
 
 def located(instances: Mapping[str, BlockType], declarations: Declarations) -> tuple[Located, ...]:
-    """Return the directly represented variables: the globals, then those of each program."""
+    """Return the directly represented variables: the globals, then those of each program.
+
+    Those of VAR_CONFIG come first. Raise InputError if an entry of it is wrong.
+    """
     found: list[Located] = []
     open_ones: list[_Open] = []
 
     def take(symbol: Symbol, path: str) -> None:
+        if path in entries:
+            return
         if symbol.address is not None:
             found.extend(_parts(symbol.address, path, symbol.type))
         elif symbol.area:
             open_ones.append(_Open(symbol.area, path, symbol.type))
 
+    entries = configured_paths(instances, declarations)
+    for path, (address, kind) in entries.items():
+        found.extend(_parts(address, path, kind))
     for symbol in declarations.globals.values():
         take(symbol, symbol.name)
     named = {
@@ -107,8 +116,13 @@ def _leaves(area: str, start: int, path: str, kind: Type) -> Iterator[Located]:
             place = f"{path}[{','.join(map(str, indices))}]"
             yield from _leaves(area, start + k * (size or 0), place, kind.element)
     elif isinstance(kind, StructType) and size_of(kind) is not None:
-        for (name, field), offset in zip(kind.fields, places_of(kind), strict=True):
-            yield from _leaves(area, start + offset, f"{path}.{name}", field)
+        each = zip(kind.fields, places_of(kind), bits_of(kind), strict=True)
+        for (name, field), offset, bit in each:
+            inner = f"{path}.{name}"
+            if bit is not None:
+                yield Located(f"%{area}X{start + offset}.{bit}", inner, field, start + offset)
+                continue
+            yield from _leaves(area, start + offset, inner, field)
     elif isinstance(kind, ElementaryType):
         if kind.name not in _LEAVES and not _WHOLE.fullmatch(kind.name):
             return

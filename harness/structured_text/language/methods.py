@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
-from structured_text.language.calls import are_named
+from structured_text.language.calls import are_named, refuse_enabling
 from structured_text.language.checking import Checking
+from structured_text.language.overloads import overload, overloads
 from structured_text.language.references import PLACES, place_of
 from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.types import BlockType, ElementaryType, InterfaceType, Type
 from structured_text.language.values import describe
-from structured_text.language.widening import widens
+from structured_text.language.widening import same_number, widens
 from structured_text.output.limits import MOST_LEVELS
 
 __all__ = ["NOTHING", "Methods"]
@@ -71,6 +72,9 @@ class Methods:
         getter = self._objects.method(base.type, f"{name.key}.GET")
         if getter is not None:
             self._check_whole(getter)
+        setter = self._objects.method(base.type, f"{name.key}.SET")
+        if setter is not None:
+            self._check_whole(setter)
         if getter is None or getter.result is None:
             raise self._scope.error(f"the property {name.text} has no GET", name.at)
         self._check_access(getter, name)
@@ -167,7 +171,7 @@ class Methods:
             symbol = self._scope.symbol(callee.key)
             if pou is None or (symbol is not None and symbol is not self._scope.pou.result):
                 return None
-            method = self._objects.method(pou.block, callee.key)
+            method = self._method(pou.block, callee.key)
             if method is None:
                 return None
             self._check_access(method, callee)
@@ -178,17 +182,28 @@ class Methods:
         if isinstance(first, s.Name) and self._is_elsewhere(first):
             return None
         if isinstance(first, s.Name) and not self._all.is_variable(first):
+            here = self._scope.block
+            lacks = here is not None and self._scope.registry.incomplete(here.name.upper())
+            if lacks or first.key in self._scope.declarations.broken:
+                raise ConsequenceError(f"{first.text} has an error")
             text = f"there is no variable or namespace {first.text}"
+            if first.key in self._scope.declarations.broken:
+                raise ConsequenceError(text)
             raise self._scope.error(text, first.at, "name its file, too, or check the spelling")
         final = isinstance(callee.base, s.This) and callee.base.above
         base = self._all.base(callee.base)
-        method = self._objects.method(base.type, callee.name.key)
+        method = self._method(base.type, callee.name.key)
         if method is None:
             if isinstance(base.type, (BlockType, InterfaceType)):
                 self._refuse_no_method(base.type, callee)
             return None
         self._check_access(method, callee.name)
         return base, method, final
+
+    def _method(self, kind: Type | None, key: str) -> t.Pou | None:
+        """Return a method of a block or interface, or one of its overloads; None without it."""
+        found = self._objects.method(kind, key)
+        return found or next(iter(overloads(self._objects, kind, key).values()), None)
 
     def _is_elsewhere(self, name: s.Name) -> bool:
         """Return whether a bare name is a list of globals, a program or a type."""
@@ -223,6 +238,9 @@ class Methods:
         if found is None:
             return None
         instance, method, final = found
+        key = (callee.name if isinstance(callee, s.Field) else callee).key  # type: ignore[union-attr]
+        if self._objects.method(instance.type, key) is None:
+            node, method = overload(node, overloads(self._objects, instance.type, key), self._all)
         self._check_whole(method)
         if final and "ABSTRACT" in method.words:
             raise self._scope.error(f"{method.name} is ABSTRACT and has no body", node.at)
@@ -251,6 +269,8 @@ class Methods:
     def _arguments(
         self, node: s.Call | s.Invoke | s.CallStatement, method: t.Pou
     ) -> dict[str, s.Argument]:
+        if not isinstance(node, s.CallStatement):
+            refuse_enabling(node, method.symbols, self._scope)
         pins = {key: one for key, one in method.symbols.items() if one.section in _SECTIONS}
         order = list(pins)
         given: dict[str, s.Argument] = {}
@@ -287,6 +307,13 @@ class Methods:
         found = self._all.variable(value) if read else self._all.writable(value)
         fits = found.type == symbol.type or (block and self._objects.is_a(found.type, symbol.type))
         fits = fits or fills(found.type, symbol.type)
+        below = self._scope.declarations.derives(found.type, symbol.type)
+        if below and symbol.section == "VAR_IN_OUT":
+            self._scope.note("a structure as its base", argument.at)
+            fits = True
+        if symbol.section == "VAR_OUTPUT" and same_number(symbol.type, found.type):
+            self._scope.note("an enumeration as a number", argument.at)
+            fits = True
         if symbol.section == "VAR_OUTPUT" and widens(symbol.type, found.type):
             self._scope.note("an implicit conversion", argument.at, f"the output {symbol.name}")
             fits = True

@@ -5,12 +5,12 @@ from __future__ import annotations
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, InterfaceType, Type
 
-__all__ = ["INIT", "INIT_PARAMETERS", "START", "Objects"]
+__all__ = ["EXIT", "INIT", "INIT_PARAMETERS", "START", "Objects"]
 
 #: Names in CODESYS of the methods that start a block. They are composed here, because names of
 #: library blocks begin with the same prefix: a search for them must not find this module.
 _BLOCK = "FB"
-INIT, START = f"{_BLOCK}_init", f"{_BLOCK}_start"
+INIT, START, EXIT = f"{_BLOCK}_init", f"{_BLOCK}_start", f"{_BLOCK}_exit"
 #: Number of standard parameters of an `INIT`, before its own.
 INIT_PARAMETERS = 2
 

@@ -24,6 +24,7 @@ from structured_text.language.scalars import (
     MOMENTS,
     SIGNED,
     UNSIGNED,
+    WIDTH,
 )
 from structured_text.language.types import ElementaryType, EnumType, ReferenceType, Type, type_name
 from structured_text.language.values import describe
@@ -33,6 +34,8 @@ __all__ = ["COMPARISONS", "LOGIC", "Operators"]
 
 COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 LOGIC = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE")
+ARITHMETIC = ("+", "-", "*", "/", "MOD")
+DINT = ELEMENTARY["DINT"]
 
 
 class Operators:
@@ -41,6 +44,7 @@ class Operators:
     def __init__(self, expressions: Checking) -> None:
         self._expressions = expressions
         self._scope = expressions.scope
+        self._long: dict[int, t.Expression] = {}
 
     def number(self, kind: Type) -> Type:
         """Return the numeric type of a value: the unsigned integer for a bit string."""
@@ -126,7 +130,7 @@ class Operators:
     def unary(self, node: s.Unary, want: Type | None) -> t.Expression:
         """Type `-x` or `NOT x`, or raise InputError."""
         kind = (
-            self._expressions.infer(node.operand)
+            _number_of_member(self._expressions.infer(node.operand))
             or want
             or ELEMENTARY["BOOL" if node.op == "NOT" else "INT"]
         )
@@ -144,11 +148,18 @@ class Operators:
         ):
             self._scope.note("the negative of an unsigned integer", node.at)
             operand = self._expressions.check(node.operand, kind)
-            return t.Binary("-", t.Constant(0, kind), operand, kind)
+            found = t.Binary("-", t.Constant(0, kind), operand, kind)
+            return self._negative(found, node, want) if self.is_short(kind) else found
         allowed = ANY_BIT if node.op == "NOT" else (*SIGNED, *ANY_REAL)
         if type_name(kind) not in allowed:
             raise self._scope.error(f"{node.op} is not defined for {describe(kind)}", node.at)
-        return t.Unary(node.op, self._expressions.check(node.operand, kind), kind)
+        negative = t.Unary(node.op, self._expressions.check(node.operand, kind), kind)
+        return self._negative(negative, node, want) if self.is_short(kind) else negative
+
+    def _negative(self, short: t.Expression, node: s.Unary, want: Type | None) -> t.Expression:
+        """Return the negative of an integer, calculated as a DINT."""
+        long = t.Unary("-", self.lengthened(node.operand), DINT)
+        return self._shortened(long, short, want, node)
 
     def _note_bits(self, op: str, kind: Type, at: s.Position) -> None:
         self._scope.note("a bitwise operation of integers", at, f"{op} of a {describe(kind)}")
@@ -196,7 +207,54 @@ class Operators:
         divisor = self._expressions.check(right, kind)
         if op in ("/", "MOD") and isinstance(divisor, t.Constant) and divisor.value == 0:
             raise self._scope.error("division by zero", at)
-        return t.Binary(op, self._expressions.check(left, kind), divisor, kind)
+        found = t.Binary(op, self._expressions.check(left, kind), divisor, kind)
+        if not self.is_short(kind):
+            return found
+        long = t.Binary(op, self.lengthened(left), self.lengthened(right), DINT)
+        return self._shortened(long, found, want, s.Binary(op, left, right, at))
+
+    def is_short(self, kind: Type) -> bool:
+        """Return whether the dialect calculates with an integer type as with a DINT."""
+        name = type_name(kind)
+        return (
+            self._scope.registry.dialect.integers == "dint"
+            and name in ANY_INT
+            and WIDTH[name] < WIDTH["DINT"]
+        )
+
+    def lengthened(self, node: s.Expression) -> t.Expression:
+        """Type an operand as a DINT, and all calculations in it."""
+        if id(node) not in self._long:
+            self._long[id(node)] = self._lengthened(node)
+        return self._long[id(node)]
+
+    def _lengthened(self, node: s.Expression) -> t.Expression:
+        kind = self._expressions.infer(node)
+        if kind is None or self._expressions.fold(node) is not None:
+            return self._expressions.check(node, DINT)
+        if isinstance(node, s.Binary) and node.op in ARITHMETIC:
+            return t.Binary(node.op, self.lengthened(node.left), self.lengthened(node.right), DINT)
+        if isinstance(node, s.Unary) and node.op == "-":
+            return t.Unary("-", self.lengthened(node.operand), DINT)
+        number = self.number(_number_of_member(kind) or kind)
+        return self._expressions.converted(self._expressions.check(node, number), DINT)
+
+    def _shortened(
+        self, long: t.Expression, short: t.Expression, want: Type | None, node: s.Expression
+    ) -> t.Expression:
+        """Return a DINT in the type that its place requires.
+
+        `short` is the same calculation in the type of its operands. It decides whether the place
+        takes the result.
+        """
+        kind = short.type
+        assert isinstance(kind, ElementaryType)
+        if want is None or want == kind or not isinstance(want, ElementaryType):
+            return self._expressions.converted(long, kind)
+        if type_name(want) not in (*ANY_NUM, *ANY_BIT[1:]):
+            return self._expressions.converted(long, kind)
+        self._expressions.fitted(short, want, node)
+        return self._expressions.converted(long, want)
 
     def _logic(
         self, op: str, left: s.Expression, right: s.Expression, want: Type | None, at: s.Position
@@ -239,6 +297,9 @@ class Operators:
     ) -> t.Binary:
         """Type an operator whose operands both get one type."""
         one, other = (self._expressions.check(side, kind) for side in (left, right))
+        calculated = _calculates(left) or _calculates(right)
+        if op in COMPARISONS and calculated and self.is_short(self.number(kind)):
+            one, other = self.lengthened(left), self.lengthened(right)
         return t.Binary(op, one, other, result)
 
     def _compared(self, op: str, kind: EnumType, left: s.Expression, right: s.Expression) -> Type:
@@ -248,6 +309,10 @@ class Operators:
             if type_name(found) in ANY_INT:
                 assert found is not None
                 return found
+            if type_name(found) in (*ANY_BIT[1:], *ANY_REAL):
+                return ELEMENTARY[common(kind.base, type_name(found)) or kind.base]
+            if isinstance(found, EnumType) and found != kind:
+                return ELEMENTARY[common(kind.base, found.base) or kind.base]
             if found is None and self._expressions.fold(side) is not None:
                 return ELEMENTARY[kind.base]
         return kind if op in ("=", "<>") else ELEMENTARY[kind.base]
@@ -300,6 +365,13 @@ class Operators:
 def _number_of_member(kind: Type | None) -> Type | None:
     """Return the integer type of an enumeration; any other type as it is."""
     return ELEMENTARY[kind.base] if isinstance(kind, EnumType) else kind
+
+
+def _calculates(node: s.Expression) -> bool:
+    """Return whether an expression is a calculation with numbers."""
+    if isinstance(node, s.Unary):
+        return node.op == "-"
+    return isinstance(node, s.Binary) and node.op in ARITHMETIC
 
 
 def _elementary(kind: Type) -> ElementaryType:

@@ -6,6 +6,7 @@ statements. Each method is named after its rule, so most methods have no docstri
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -24,16 +25,37 @@ from structured_text.language import cache
 from structured_text.language import syntax as s
 from structured_text.language.building import Statements, name_of, nodes_of, position_of
 from structured_text.language.constructs import refuse
+from structured_text.language.foreign import (
+    corrected,
+    not_structured_text,
+    one_for_all,
+)
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
+from structured_text.language.pou_names import with_names
 from structured_text.language.recovery import read_tokens
-from structured_text.language.source import source_text, title_of
+from structured_text.language.source import Extract, source_text, title_of
 from structured_text.language.words import ACCESSORS
 from structured_text.output.limits import MOST_TOKENS
 
-__all__ = ["TWO_BASES", "parse", "parse_portable", "parse_text", "read_text"]
+__all__ = [
+    "ACTION",
+    "CLASS",
+    "SHELL",
+    "TWO_BASES",
+    "parse",
+    "parse_portable",
+    "parse_text",
+    "read_text",
+]
 
+#: Name of the POU that a `.var` file of Automation Studio is read as: it has sections without one.
+SHELL = "_VARIABLES"
 #: Marker among the access words of a block that extends two blocks.
 TWO_BASES = "EXTENDS TWO"
+#: Word among the access words of an ACTION, which is a method without variables of its own.
+ACTION = "ACTION"
+#: Word among the access words of a CLASS, which has no body.
+CLASS = "CLASS"
 
 
 def _optional(token: Token | None) -> s.Name | None:
@@ -81,7 +103,7 @@ class _Builder(Statements):
         flat: list[Any] = []
         for unit in units:
             flat.extend(unit if isinstance(unit, list) else [unit])
-        return [one for one in flat if not isinstance(one, Token)]
+        return [one for one in flat if one is not None and not isinstance(one, Token)]
 
     def type_block(self, _type: Token, *rest: Any) -> list[s.TypeDecl]:
         return list(nodes_of(rest, s.TypeDecl))
@@ -118,8 +140,19 @@ class _Builder(Statements):
         self.note("STRING with a length", name.at)
         return s.NamedSpec(name, name.at, size)
 
+    def generic_spec(self, name: s.Name, *rest: Any) -> s.NamedSpec:
+        self.note("VAR_GENERIC", name.at)
+        values = tuple(one for one in rest if not isinstance(one, Token))
+        return s.NamedSpec(name, name.at, generics=values)
+
     def detailed_spec(self, name: s.Name, *rest: Any) -> Any:
-        items = [item for item in rest if not isinstance(item, Token)]
+        items = [item for item in rest if item is not None and not isinstance(item, Token)]
+        if not items:
+            self.note("an empty initial value", name.at)
+            return s.NamedSpec(name, name.at, empty=True)
+        commas = [item for item in rest if isinstance(item, Token) and item.type == "COMMA"]
+        if len(commas) == len(items):
+            self.note("a comma behind the last argument", position_of(commas[-1]))
         if len(items) == 1 and isinstance(items[0], s.Range):
             self.note("a subrange", name.at)
             (limits,) = items
@@ -204,11 +237,20 @@ class _Builder(Statements):
         return s.ArrayInit((self.repeated_item(count, left, items, right),), position_of(count))
 
     def struct_init(self, left: Token, *rest: Any) -> s.StructInit:
+        if not nodes_of(rest, tuple):
+            self.note("an empty initial value", position_of(left))
         return s.StructInit(nodes_of(rest, tuple), position_of(left))
+
+    def _headed(self, rest: tuple[Any, ...]) -> None:
+        """Note a semicolon behind the first line of a POU."""
+        for token in rest[:1]:
+            if isinstance(token, Token) and token.type == "SEMICOLON":
+                self.note("a ; behind the name of a POU", position_of(token))
 
     def function(
         self, word: Token, words: Any, name: Token, _colon: Any, result: Any, *rest: Any
     ) -> s.Pou:
+        self._headed(rest)
         if result is None:
             self.note("a function without a result", position_of(name))
         self._ended(word, rest[-1])
@@ -226,12 +268,33 @@ class _Builder(Statements):
         base = base[0] if base else None
         return replace(pou, words=words, extends=base, implements=interfaces or ())
 
+    def class_(
+        self, word: Token, words: Any, name: Token, base: Any, interfaces: Any, *rest: Any
+    ) -> s.Pou:
+        """Return a CLASS: a block without a body, with CLASS among its words."""
+        self.note("a CLASS", position_of(word))
+        if base is not None and len(base) > 1:
+            words = (*words, TWO_BASES)
+        return s.Pou(
+            "FUNCTION_BLOCK",
+            name_of(name),
+            None,
+            nodes_of(rest, s.Section),
+            (),
+            position_of(word),
+            words=(*words, CLASS),
+            extends=base[0] if base else None,
+            implements=interfaces or (),
+            members=nodes_of(rest, (s.Method, s.Property)),
+        )
+
     def _ended(self, word: Token, end: Token) -> None:
         """Note a missing END. recovery.py inserts an END token without text for it."""
         if not end:
             self.note("no END of a POU", position_of(word))
 
     def program(self, word: Token, name: Token, *rest: Any) -> s.Pou:
+        self._headed(rest)
         self._ended(word, rest[-1])
         (inside,) = nodes_of(rest, tuple)
         others = (s.Method, s.Property)
@@ -274,17 +337,22 @@ class _Builder(Statements):
         self.note("a PROPERTY", position_of(word))
         found: dict[str, s.Method] = {}
         for one in nodes_of(rest, s.Method):
+            # An accessor may be less accessible than its property.
+            own = one.words if set(one.words) & _ACCESS else ()
             found[one.name.text] = replace(
-                one, name=name_of(name), words=words, result=self._plain(result)
+                one,
+                name=name_of(name),
+                words=(*own, *(word for word in words if not own or word not in _ACCESS)),
+                result=self._plain(result),
             )
         getter, setter = found.get("GET"), found.get("SET")
         return s.Property(
             name_of(name), words, self._plain(result), getter, setter, position_of(name)
         )
 
-    def getter(self, word: Token, *rest: Any) -> s.Method:
+    def getter(self, word: Token, words: tuple[str, ...], *rest: Any) -> s.Method:
         name = s.Name(word.upper(), position_of(word))
-        return s.Method(name, (), None, nodes_of(rest, s.Section), rest[-2], position_of(word))
+        return s.Method(name, words, None, nodes_of(rest, s.Section), rest[-2], position_of(word))
 
     def pointer_spec(self, kind: Token, *rest: Any) -> s.PointerSpec:
         self.note(
@@ -292,12 +360,15 @@ class _Builder(Statements):
         )
         return s.PointerSpec(kind.upper(), self._plain(rest[-1]), position_of(kind))
 
+    def type_argument(self, spec: s.PointerSpec | s.ArraySpec) -> s.Argument:
+        return s.Argument(None, s.TypeName(spec, spec.at), False, spec.at)
+
     def namespace(self, word: Token, name: s.Name, *rest: Any) -> list[Any]:
         self.note("a NAMESPACE", position_of(word))
         found: list[Any] = [s.Namespace(name, False, position_of(word))]
         for one in rest[:-1]:
             found += one if isinstance(one, list) else [one]
-        return [one for one in found if not isinstance(one, Token)]
+        return [one for one in found if one is not None and not isinstance(one, Token)]
 
     def using(self, word: Token, *names: Any) -> list[s.Namespace]:
         self.note("a NAMESPACE", position_of(word))
@@ -309,19 +380,25 @@ class _Builder(Statements):
 
     def action(self, word: Token, name: Token, _colon: Token, body: Any, _end: Token) -> s.Method:
         self.note("an ACTION", position_of(word))
-        return s.Method(name_of(name), (), None, (), body, position_of(name))
+        return s.Method(name_of(name), (ACTION,), None, (), body, position_of(name))
 
     def section(self, word: Token, *rest: Any) -> s.Section:
-        words = [str(item).upper() for item in rest if isinstance(item, Token)][:-1]
+        given = [item for item in rest if isinstance(item, Token)][:-1]
+        access = [item for item in given if item.type == "WORD"]
+        words = [str(item).upper() for item in given if item.type != "WORD"]
+        if access:
+            self.note("an access specifier", position_of(access[0]))
         if len(words) > 1:
             self.note("several qualifiers", position_of(word))
         if "PERSISTENT" in words:
             self.note("PERSISTENT", position_of(word))
-        if word.type in ("VAR_STAT", "VAR_INST"):
+        if word.type in ("VAR_STAT", "VAR_INST", "VAR_GENERIC"):
             self.note(word.upper(), position_of(word))
         qualifier = "CONSTANT" if "CONSTANT" in words else "RETAIN" if words else ""
         qualifier = "NON_RETAIN" if words == ["NON_RETAIN"] else qualifier
-        return s.Section(word.upper(), qualifier, nodes_of(rest, s.VarDecl), position_of(word))
+        kept = access[0].upper() if access else ""
+        variables = nodes_of(rest, s.VarDecl)
+        return s.Section(word.upper(), qualifier, variables, position_of(word), kept)
 
     def global_list(self, word: Token, *rest: Any) -> s.GlobalList:
         self.note("VAR_GLOBAL outside a CONFIGURATION", position_of(word))
@@ -354,6 +431,16 @@ class _Builder(Statements):
             position_of(word),
         )
 
+    def config_section(self, word: Token, *rest: Any) -> None:
+        self.note("VAR_CONFIG", position_of(word))
+        self.entries += nodes_of(rest, s.ConfigEntry)
+
+    def config_entry(
+        self, path: s.Variable, _at: Any, address: Any, _colon: Token, spec: Any, *rest: Any
+    ) -> s.ConfigEntry:
+        plain = self._plain(spec)
+        return s.ConfigEntry(path, _optional(address), plain, rest[1], path.at)
+
     def resource(self, _word: Token, *rest: Any) -> list[Any]:
         return [item for item in rest if not isinstance(item, Token)]
 
@@ -369,6 +456,10 @@ class _Builder(Statements):
         )
 
 
+#: Attributes of an enumeration that matter here.
+_ATTRIBUTE = re.compile(r"attribute\s+'(strict|to_string)'")
+_ACCESS = frozenset(("PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"))
+_START = Token("$START", "", 0, 1, 1)
 _LITERALS = ("INTEGER", "REALNUM", "STRING", "TYPED")
 #: Cached parser tables. Building them takes longer than parsing the library.
 _TABLES = "grammar.tables"
@@ -456,20 +547,34 @@ def read_text(text: str, file: Path) -> s.Source:
     found = list(islice(tokens(text, file, notes), MOST_TOKENS + 1))
     if len(found) > MOST_TOKENS:
         return s.Source(file, (), errors=(_too_many(found[-1], file),))
+    if file.suffix.lower() == ".var":
+        found = [
+            Token("PROGRAM", "PROGRAM", 0, 1, 1),
+            Token("IDENT", SHELL, 0, 1, 1),
+            *found,
+            Token.new_borrow_pos("END_PROGRAM", "END_PROGRAM", found[-1] if found else _START),
+        ]
+    if not isinstance(file, Extract) and (error := not_structured_text(found, file)):
+        return s.Source(file, (), errors=(error,))
+    found = corrected(found, file, notes.errors.append)
+    found = with_names(found, file, notes.uses)
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
+    builder.entries = []
     declarations, errors = read_tokens(lark, found, file)
+    named = _named(declarations, file, notes.pragmas, errors)
     lines = {error.line for error in notes.errors}
     every = [*notes.errors, *(error for error in errors if error.line not in lines)]
     every.sort(key=lambda error: (error.line or 0, error.column or 0))
     return s.Source(
         file,
-        _named(declarations, file, notes.pragmas),
+        named,
         tuple(sorted(notes.uses, key=lambda use: use.at)),
         tuple(notes.pragmas),
-        tuple(every),
+        tuple(one_for_all(every)),
         nodes_of(declarations, s.Namespace),
         len(text),
         len(found),
+        tuple(builder.entries),
     )
 
 
@@ -483,19 +588,38 @@ def _too_many(token: Token, file: Path) -> InputError:
     )
 
 
-def _named(declarations: list[Any], file: Path, pragmas: list[s.Name]) -> tuple[Any, ...]:
-    """Return the declarations with names for global lists and with actions in their POUs.
+def _named(
+    declarations: list[Any], file: Path, pragmas: list[s.Name], errors: list[InputError]
+) -> tuple[Any, ...]:
+    """Return the declarations with names for global lists and with members in their POUs.
 
-    A list of globals is named after its file. An ACTION belongs to the POU before it.
+    A list of globals is named after its file. An ACTION, METHOD or PROPERTY behind a POU or
+    INTERFACE belongs to it; `errors` receives those without one.
     """
     result: list[Any] = []
     for one in declarations:
         if isinstance(one, s.Namespace):
             continue
-        if isinstance(one, s.Method):  # an ACTION behind the POU that it belongs to
-            if result and isinstance(result[-1], s.Pou):
+        if isinstance(one, (s.Method, s.Property)):  # behind the POU that it belongs to
+            if result and isinstance(result[-1], (s.Pou, s.Interface)):
                 result[-1] = replace(result[-1], members=(*result[-1].members, one))
+            else:
+                text = f"{one.name.text} belongs to no block"
+                errors.append(
+                    InputError(
+                        text,
+                        file=file,
+                        line=one.at.line,
+                        column=one.at.column,
+                        hint="a METHOD, PROPERTY or ACTION stands inside its block or behind it",
+                    )
+                )
             continue
+        if isinstance(one, s.TypeDecl) and isinstance(one.spec, s.EnumSpec):
+            begin = result[-1].at if result else s.Position(1, 1)
+            said = " ".join(pragma.text for pragma in pragmas if begin <= pragma.at < one.at)
+            given = frozenset(_ATTRIBUTE.findall(said.lower()))
+            one = replace(one, spec=replace(one.spec, attributes=given))
         if isinstance(one, s.GlobalList):
             begin = result[-1].at if result else s.Position(1, 1)
             qualified = any(

@@ -40,7 +40,7 @@ class Resolved:
     inside: tuple[Step, ...] = ()
 
 
-_PART = re.compile(r"\s*(?:(?P<dot>\.)?\s*(?P<name>[A-Za-z_]\w*)|\[(?P<indices>[^\[\]]*)\])\s*")
+_PART = re.compile(r"\s*(?:(?P<dot>\.)?\s*(?P<name>[^\W\d]\w*)|\[(?P<indices>[^\[\]]*)\])\s*")
 
 
 def resolve(project: Project, path: str) -> Resolved:

@@ -9,7 +9,12 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.displayed import literal
 from structured_text.language.scalars import ANY_CHARS, ANY_DURATION, DIGITS
-from structured_text.language.types import ElementaryType, EnumType, ReferenceType
+from structured_text.language.types import (
+    ElementaryType,
+    EnumType,
+    InterfaceType,
+    ReferenceType,
+)
 
 __all__ = ["bounds_text", "expression_text", "init_text", "label_text", "spec_text"]
 
@@ -51,6 +56,10 @@ def expression_text(node: s.Expression | t.Expression, within: int = 0) -> str:
         return f"{expression_text(node.base)}.{node.name.text}"
     if isinstance(node, s.Call):
         return f"{node.function.text}({', '.join(map(_argument, node.arguments))})"
+    if isinstance(node, s.TypeName):
+        return spec_text(node.spec)
+    if isinstance(node, (s.Assigned, t.Assigned)):
+        return f"({expression_text(node.target)} := {expression_text(node.value)})"
     return _checked(node)
 
 
@@ -90,6 +99,17 @@ def _checked(node: Any) -> str:
         if node.offset is not None:
             return f"{base}[{expression_text(node.offset)}]"
         return base if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE" else f"{base}^"
+    if isinstance(node, t.Generic):
+        return expression_text(node.pointer)
+    if isinstance(node, t.New):
+        count = "" if node.count is None else f", {expression_text(node.count)}"
+        return f"__NEW({node.made.name}{count})"
+    if isinstance(node, t.Delete):
+        return f"__DELETE({expression_text(node.pointer)})"
+    if isinstance(node, t.Query):
+        word = "INTERFACE" if isinstance(node.target.type, InterfaceType) else "POINTER"
+        given = f"{expression_text(node.source)}, {expression_text(node.target)}"
+        return f"__QUERY{word}({given})"
     assert isinstance(node, t.CallMethod), node  # the callers refuse other parsed nodes
     _, name, *accessor = node.method.name.split(".")
     called = f"{'SUPER^' if node.final else expression_text(node.instance)}.{name}"
@@ -122,6 +142,9 @@ def spec_text(spec: s.TypeSpec) -> str:
         return spec.name.text
     if isinstance(spec, s.ArraySpec):
         return f"ARRAY [{bounds_text(spec)}] OF {spec_text(spec.element)}"
+    if isinstance(spec, s.PointerSpec):
+        word = spec.kind if spec.kind == "REF_TO" else f"{spec.kind} TO"
+        return f"{word} {spec_text(spec.target)}"
     if isinstance(spec, s.EnumSpec):
         return f"({', '.join(member.text for member in spec.members)})"
     assert isinstance(spec, s.StructSpec)

@@ -8,6 +8,7 @@ from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language.constructs import Use
+from structured_text.language.dialects import IEC
 from structured_text.language.objects import Objects
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import BlockType, Located, Type, Variable
@@ -74,6 +75,7 @@ class Project:
         key: Key of the sources and their contents for `language.cache`; empty if results must
             not be cached.
         uses: Constructs beyond the portable subset.
+        dialect: Name of the dialect (`language.dialects`) in which it was read.
     """
 
     files: tuple[Path, ...]
@@ -95,6 +97,13 @@ class Project:
     views: bool
     key: str = ""
     uses: tuple[Use, ...] = ()
+    dialect: str = IEC
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Return the program instances without a task, beside tasks."""
+        bound = {name for task in self.tasks for name in task.instances}
+        return tuple(name for name in self.instances if self.tasks and name not in bound)
 
 
 def runnable(project: Project) -> Project:

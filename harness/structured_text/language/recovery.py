@@ -17,6 +17,7 @@ from lark import Lark, Token
 from lark.exceptions import UnexpectedToken
 
 from structured_text.errors import InputError
+from structured_text.language.foreign import LABELS
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION
 from structured_text.output.limits import MOST_MISTAKES
 
@@ -35,7 +36,17 @@ _CLOSERS = frozenset(_OPENERS.values())
 _GROUP_ENDS = _CLOSERS | frozenset(
     (
         *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),
-        *("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "GET", "END_GET", "SET", "END_SET"),
+        *(
+            "END_CLASS",
+            "METHOD",
+            "END_METHOD",
+            "PROPERTY",
+            "END_PROPERTY",
+            "GET",
+            "END_GET",
+            "SET",
+            "END_SET",
+        ),
     )
 )
 #: Reserved words that begin no group. At an unexpected place they were meant as names.
@@ -48,6 +59,7 @@ _NOTHING_BEFORE = frozenset(("END_VAR", "THEN", "ELSE", "DO", "OF", "REPEAT", "C
 #: Words that begin a declaration of a file, and words that end it.
 _DECLARATIONS = (
     "INTERFACE",
+    "CLASS",
     "NAMESPACE",
     "TYPE",
     "FUNCTION",
@@ -56,6 +68,16 @@ _DECLARATIONS = (
     "CONFIGURATION",
 )
 _DECLARATION_ENDS = frozenset(f"END_{word}" for word in _DECLARATIONS)
+#: Words that begin a section of variables, a statement, and words that end a part of a POU.
+_SECTIONS = frozenset(word for word in KEYWORDS if word.startswith("VAR"))
+_STATEMENTS = frozenset(("IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN"))
+_PART_ENDS = ("END_METHOD", "END_ACTION", "END_PROPERTY", "END_GET", "END_SET")
+#: Declarations with an END that a source of several POUs must have.
+_WITH_END = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "TYPE")
+#: Words that end a condition or the head of a statement.
+_HEAD_ENDS = ("THEN", "DO", "OF")
+#: Operators of C: the last two signs, and what to write in Structured Text.
+_OF_C = {"==": "= to compare", "&&": "AND"}
 _POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
 
 
@@ -98,6 +120,12 @@ class _Run:
                     if at > len(found):
                         return [], self._errors
                     continue
+                behind = self._inserted(at)
+                if behind < 0:
+                    behind = self._closed(at)
+                if behind >= 0:
+                    at = behind
+                    continue
                 failed = at
                 self._errors.append(self._mistake(error, at))
                 if len(self._errors) >= MOST_MISTAKES:
@@ -117,6 +145,139 @@ class _Run:
             if word in accepted:
                 self._state.feed_token(Token.new_borrow_pos(word, "", self._end))
                 return
+
+    def _inserted(self, at: int) -> int:
+        """Report = in place of :=, or a missing THEN, DO or OF, and continue as if it were right.
+
+        Returns:
+            The index of the token that comes next; -1 if the mistake is another one.
+        """
+        if not 0 < at < len(self._found):
+            return -1
+        token, before = self._found[at], self._found[at - 1]
+        accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
+        if token == "=" and "ASSIGN" in accepted:
+            self._errors.append(self._error("= compares, and does not assign", token, "write :="))
+            self._state.feed_token(Token.new_borrow_pos("ASSIGN", ":=", token))
+            return at + 1
+        word = next((word for word in _HEAD_ENDS if word in accepted), "")
+        if not word or token.line == before.line:
+            return -1
+        hint = f"write it after {str(before)!r}"
+        self._errors.append(self._error(f"{word} is missing", before, hint, after=True))
+        self._state.feed_token(Token.new_borrow_pos(word, word, token))
+        return at
+
+    # --- groups without an end ---
+
+    def _closed(self, at: int) -> int:
+        """Report and close the groups that should end before a token.
+
+        Returns:
+            The index of the token that comes next; -1 if there is no such group.
+        """
+        token = self._found[at] if at < len(self._found) else self._end
+        behind = -1
+        while (opener := self._unclosed(token, at)) is not None:
+            word = "END_VAR" if opener.type in _SECTIONS else _OPENERS[opener.type]
+            if word not in self._parser.accepts():  # type: ignore[no-untyped-call]
+                break
+            wrong = self._is_wrong(token)
+            error = self._wrong_end if wrong else self._no_end
+            self._errors.append(error(opener, word, token, at))
+            self._state.feed_token(Token.new_borrow_pos(word, word, token))
+            behind = at
+            if wrong:
+                return at + 1
+            if word != "END_VAR" and "SEMICOLON" in self._parser.accepts():  # type: ignore[no-untyped-call]
+                self._state.feed_token(self._semicolon(token))
+        return behind if behind >= 0 else self._ended_pou(token, at)
+
+    def _ended_pou(self, token: Token, at: int) -> int:
+        """Report and end a POU or TYPE with another END, or with none before the next one.
+
+        Returns:
+            The index of the token that comes next; -1 if the mistake is another one.
+        """
+        begins = token.type in _DECLARATIONS and (
+            at == 0 or at >= len(self._found) or self._found[at - 1].line != token.line
+        )
+        if not begins and token.type not in _DECLARATION_ENDS:
+            return -1
+        accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
+        word = next((one for one in _WITH_END if f"END_{one}" in accepted), "")
+        first = next((one for one in self._found[at - 1 :: -1] if one.type == word), None)
+        if not word or first is None:
+            return -1
+        if begins:
+            text = f"the {word} of this line has no END_{word}"
+            hint = f"write END_{word} before the {token} of line {token.line}"
+            self._errors.append(self._error(text, first, hint))
+        else:
+            text = f"{token} does not end the {word} of line {first.line}"
+            self._errors.append(self._error(text, token, f"write END_{word}"))
+        self._state.feed_token(Token.new_borrow_pos(f"END_{word}", "", token))
+        return at if begins else at + 1
+
+    def _opened(self) -> list[Token]:
+        """Return the words of the open groups of statements, the innermost last."""
+        values = self._state.value_stack
+        return [one for one in values if isinstance(one, Token) and one.type in _OPENERS]
+
+    def _unclosed(self, token: Token, at: int) -> Token | None:
+        """Return the innermost open group if this token ends, or begins, one around it."""
+        accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
+        if "END_VAR" in accepted:
+            starts = token.type in _STATEMENTS or token.type in _SECTIONS
+            if not (starts or self._ends_pou(token, at)):
+                return None
+            return next((one for one in self._found[at - 1 :: -1] if one.type in _SECTIONS), None)
+        opened = self._opened()
+        if not opened:
+            return None
+        if token.type in _CLOSERS:
+            return opened[-1] if token.type != _OPENERS[opened[-1].type] else None
+        return opened[-1] if self._ends_pou(token, at) else None
+
+    def _is_wrong(self, token: Token) -> bool:
+        """Return whether a token ends a group of a kind that is not open."""
+        ends = [_OPENERS[one.type] for one in self._opened()]
+        return token.type in _CLOSERS and token.type not in ends
+
+    def _wrong_end(self, opener: Token, word: str, token: Token, at: int) -> InputError:
+        text = f"{token} does not end the {opener} of line {opener.line}"
+        return self._error(text, token, f"write {word}")
+
+    def _ends_pou(self, token: Token, at: int) -> bool:
+        """Return whether a token ends a POU or a part of one, or begins the next POU."""
+        if token.type in _WITH_END and at < len(self._found):
+            return at > 0 and self._found[at - 1].line != token.line
+        return token.type in _DECLARATION_ENDS or token.type in ("$END", *_PART_ENDS)
+
+    def _no_end(self, opener: Token, word: str, token: Token, at: int) -> InputError:
+        """Return the error for a group without an end, at the word that opens it."""
+        if opener.type == "IF" and (second := self._else_if(opener, at)) is not None:
+            text = f"ELSE IF opens a second IF, so the IF of line {opener.line} has no END_IF"
+            return self._error(text, second, "write ELSIF")
+        what = "section" if word == "END_VAR" else "of this line"
+        before = "the end of the file"
+        if token.type != "$END":
+            before = f"the {token} of line {token.line}"
+        name = f"{opener} {what}"
+        return self._error(f"the {name} has no {word}", opener, f"write {word} before {before}")
+
+    def _else_if(self, opener: Token, at: int) -> Token | None:
+        """Return the ELSE of an IF if another IF follows it on the same line."""
+        depth = 0
+        begin = next((k for k, one in enumerate(self._found) if one is opener), at)
+        for one, follower in zip(self._found[begin:at], self._found[begin + 1 : at], strict=False):
+            if one.type == "IF":
+                depth += 1
+            elif one.type == "END_IF":
+                depth -= 1
+            elif one.type == "ELSE" and depth == 1 and follower.type == "IF":
+                return one if one.line == follower.line else None
+        return None
 
     # --- recovery ---
 
@@ -140,6 +301,8 @@ class _Run:
         """Return whether only a semicolon is missing before this token."""
         if "SEMICOLON" not in self._parser.accepts():  # type: ignore[no-untyped-call]
             return False
+        if token.type == "COLON" or before.upper() in (*_INSTRUCTION_LIST, "JMP", "GOTO"):
+            return False  # a label, a jump or an instruction, which is not a name as a statement
         return not self._ended(token, before)
 
     def _acceptable(self) -> set[str]:
@@ -215,8 +378,13 @@ class _Run:
             hint = "write Structured Text"
             return self._error("Instruction List is not supported", before, hint)
         if token.type == "COLON" and before.type in ("IDENT", "LABEL") and "LPAR" in expected:
-            hint = "use IF, or a loop with EXIT"
-            return self._error("labels for jumps are not supported", before, hint)
+            return self._error(LABELS, before, "use IF, or a loop with EXIT")
+        if (meant := _OF_C.get(f"{before}{token}")) is not None:
+            return self._error(f"{before}{token} is an operator of C", before, f"write {meant}")
+        if token.type == "END_REPEAT" and "UNTIL" in expected:
+            return self._error(
+                "REPEAT has no UNTIL", token, "write UNTIL and a condition before it"
+            )
         if token.type in _RESERVED and "IDENT" in expected:
             message = f"{token} is a reserved word and cannot be used here"
             return self._error(message, token, _expectation(expected))

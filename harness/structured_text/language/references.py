@@ -7,14 +7,24 @@ from structured_text.language import tree as t
 from structured_text.language.checking import Checking
 from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import is_null
-from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, string_length
+from structured_text.language.scalars import (
+    ANY_BIT,
+    ANY_INT,
+    ANY_STRING,
+    BOOL,
+    ELEMENTARY,
+    string_length,
+)
 from structured_text.language.sizes import size_of
+from structured_text.language.system import GROUPS, class_of
 from structured_text.language.types import (
     ArrayType,
     BlockType,
     ElementaryType,
+    EnumType,
     InterfaceType,
     ReferenceType,
+    StructType,
     Type,
 )
 from structured_text.language.values import describe
@@ -24,13 +34,12 @@ __all__ = ["FUNCTIONS", "PLACES", "References", "place_of"]
 #: Nodes that are written as a variable.
 PLACES = (s.Name, s.Field, s.Index, s.Dereference, s.This)
 #: The functions that this module types. Those in `_REFUSED` are not supported.
-FUNCTIONS = ("ADR", "REF", "__ISVALIDREF")
+FUNCTIONS = ("ADR", "REF", "__ISVALIDREF", "__QUERYINTERFACE", "__QUERYPOINTER")
+_QUERY = "IQueryInterface"
 _REFUSED = {
-    "__QUERYINTERFACE": "keep a variable of the interface you need",
-    "__QUERYPOINTER": "use REFERENCE TO",
-    "__NEW": "declare the variable; nothing is made while the program runs",
-    "__DELETE": "declare the variable; nothing is made while the program runs",
-    **dict.fromkeys(("__VARINFO", "__POUNAME", "__POSITION"), "write a STRING of your own"),
+    "__NEW": "write it alone behind := of an assignment to a pointer",
+    "__DELETE": "write it as a statement of its own",
+    "__VARINFO": "write a STRING of your own",
     "BITADR": "name the bit of the variable",
     **dict.fromkeys(("MEMCPY", "MEMSET", "MEMMOVE", "MEMCMP"), "assign or compare the variables"),
 }
@@ -71,6 +80,8 @@ class References:
         if len(node.indices) != 1:
             raise self._scope.error("a pointer takes one index", node.at)
         index = self._all.infer(node.indices[0]) or ELEMENTARY["DINT"]
+        if isinstance(index, EnumType):
+            index = ELEMENTARY[index.base]
         if isinstance(index, ElementaryType) and index.name in ANY_BIT and index != BOOL:
             self._scope.note("arithmetic of bit strings", node.indices[0].at, "an index")
             index = self._all.operators.number(index)
@@ -109,6 +120,9 @@ class References:
         found = self._all.check(node, None)
         if isinstance(want, InterfaceType):
             if not self._scope.declarations.objects.is_a(found.type, want):
+                block = isinstance(found.type, BlockType)
+                if block and self._scope.registry.incomplete(found.type.name.upper()):
+                    raise ConsequenceError(f"a base of {found.type.name} is missing")
                 have = describe(found.type)
                 text = f"a {want.name} is expected here, and {have} does not implement it"
                 raise self._scope.error(text, node.at, f"let it IMPLEMENT {want.name}")
@@ -136,7 +150,14 @@ class References:
             kind = place.base.type
             if isinstance(kind, ReferenceType):
                 return place.base
+        self._check_bit(place, node.at)
         return _to(place, "REFERENCE")
+
+    def _check_bit(self, place: t.Variable, at: s.Position) -> None:
+        """Raise InputError if a variable is a BIT, which shares its byte with others."""
+        of = place.base.type if isinstance(place, t.Member) else None
+        if isinstance(of, StructType) and place.name.upper() in of.bits:  # type: ignore[union-attr]
+            raise self._scope.error("a BIT has no address", at, "make it a BOOL")
 
     def _fitted(self, found: t.Expression, want: ReferenceType, node: s.Expression) -> t.Expression:
         kind = found.type
@@ -146,6 +167,11 @@ class References:
         same = _target(kind) == _target(want)
         if not same and isinstance(kind.target, BlockType):
             same = self._scope.declarations.objects.is_a(kind.target, want.target)
+        if want.kind == "REFERENCE" and self._scope.declarations.derives(
+            _target(kind), _target(want)
+        ):
+            self._scope.note("a structure as its base", node.at)
+            same = True
         if same:
             return found
         if isinstance(found, t.Address) and isinstance(kind.target, ArrayType):
@@ -172,6 +198,8 @@ class References:
     def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
         """Return the characters of a text as an array of BYTE or WORD, from index 0.
 
+        In the dialects of Siemens they are CHAR or WCHAR, from index 1.
+
         Raise InputError if the text is not a variable but the result of a call.
         """
         kind = base.type
@@ -184,8 +212,144 @@ class References:
         self._scope.note("a character of a text by its number", at)
         element = ELEMENTARY["BYTE" if kind.name == "STRING" else "WORD"]
         row = ArrayType("", ((0, string_length(kind)),), element)
+        if self._scope.registry.dialect.name in ("ax", "tia"):
+            element = ELEMENTARY["CHAR" if kind.name == "STRING" else "WCHAR"]
+            row = ArrayType("", ((1, string_length(kind)),), element)
         self._scope.declarations.views = True
         return t.Deref(t.Recast(_to(base, "POINTER"), ReferenceType("POINTER", row)), row)
+
+    def generic(self, node: s.Expression, want: StructType) -> t.Expression:
+        """Type the argument of an input that is ANY: pointer, size and class of a variable.
+
+        Raise InputError for a value, a variable without known bytes, or one of another group.
+        """
+        found = self._all.check(node, None)
+        kind, group = found.type, GROUPS.get(want.name)
+        if isinstance(kind, StructType) and kind.fields == want.fields:
+            return found
+        place = place_of(found)
+        if place is None:
+            hint = "assign it to a variable first"
+            raise self._scope.error(
+                f"{self._any(want)} takes a variable, not a value", node.at, hint
+            )
+        self._check_bit(place, node.at)
+        size = size_of(kind)
+        if size is None:
+            raise self._scope.error(
+                f"{self._any(want)} does not take a {describe(kind)}",
+                node.at,
+                "its size differs from tool to tool",
+            )
+        if group is not None and (not isinstance(kind, ElementaryType) or kind.name not in group):
+            text = f"{self._any(want)} does not take a {describe(kind)}"
+            raise self._scope.error(text, node.at, f"it takes {', '.join(group)}")
+        pointer: t.Expression = _to(place, "POINTER")
+        if kind != ELEMENTARY["BYTE"]:
+            pointer = t.Recast(pointer, ReferenceType("POINTER", ELEMENTARY["BYTE"]))
+        return t.Generic(pointer, class_of(kind), size, want)
+
+    @staticmethod
+    def _any(kind: StructType) -> str:
+        return kind.name if kind.name in GROUPS else "ANY"
+
+    def made(self, node: s.Call, want: Type) -> tuple[t.Expression, tuple[s.Argument, ...] | None]:
+        """Type `__NEW(type)` or `__NEW(type, count)`, which is assigned to a pointer.
+
+        Returns:
+            The pointer, and the arguments for the `INIT` of a block, if the type has them.
+
+        Raises:
+            InputError: no pointer, no type, or a count of blocks.
+        """
+        self._scope.note("__NEW or __DELETE", node.at)
+        if not isinstance(want, ReferenceType):
+            text = f"__NEW needs a pointer to assign to, not a {describe(want)}"
+            raise self._scope.error(text, node.at)
+        if len(node.arguments) not in (1, 2):
+            text = f"__NEW takes a type, and a count, not {len(node.arguments)} arguments"
+            raise self._scope.error(text, node.at)
+        spec, given = self._new_spec(node.arguments[0].value)
+        declarations = self._scope.declarations
+        kind, initial = declarations.resolve(spec, self._scope.where)
+        declarations.link()
+        count: t.Expression | None = None
+        if len(node.arguments) == 2:
+            size = node.arguments[1].value
+            if isinstance(kind, BlockType):
+                raise self._scope.error("__NEW makes one block at a time", size.at)
+            index = self._all.infer(size) or ELEMENTARY["DINT"]
+            if not isinstance(index, ElementaryType) or index.name not in ANY_INT:
+                text = f"a count must be an integer, not a {describe(index)}"
+                raise self._scope.error(text, size.at)
+            count = self._all.check(size, index)
+        self._scope.pou.clock = True  # the code needs the globals, which list these variables
+        found = t.New(kind, initial, count, ReferenceType("POINTER", kind))
+        pou = self._scope.declarations.pous.get(kind.name.upper())
+        if isinstance(kind, BlockType) and pou is not None and "ABSTRACT" in pou.words:
+            raise self._scope.error(f"{kind.name} is ABSTRACT and has no instances", node.at)
+        return self._fitted(found, want, node), given
+
+    def _new_spec(self, node: s.Expression) -> tuple[s.TypeSpec, tuple[s.Argument, ...] | None]:
+        """Return the type that `__NEW` names, and the arguments behind it."""
+        if isinstance(node, s.TypeName):
+            return node.spec, None
+        call = node if isinstance(node, (s.Call, s.Invoke)) else None
+        callee = call.callee if isinstance(call, s.Invoke) else call.function if call else node
+        plain = self._all.methods.bare(callee) if isinstance(callee, s.Field) else callee
+        if not isinstance(plain, s.Name):
+            raise self._scope.error("__NEW needs the name of a type", node.at)
+        if call is None:
+            return s.NamedSpec(plain, plain.at), None
+        if plain.key in ANY_STRING and len(call.arguments) == 1:
+            return s.NamedSpec(plain, plain.at, call.arguments[0].value), None
+        return s.NamedSpec(plain, plain.at), call.arguments
+
+    def deleted(self, node: s.CallStatement) -> t.Delete:
+        """Type `__DELETE(pointer)`, or raise InputError."""
+        self._scope.note("__NEW or __DELETE", node.at)
+        value = node.arguments[0].value if len(node.arguments) == 1 else None
+        found = self._all.writable(value) if isinstance(value, PLACES) else None
+        if found is None or not isinstance(found.type, ReferenceType):
+            raise self._scope.error("__DELETE needs a variable that is a pointer", node.at)
+        self._scope.pou.clock = True
+        return t.Delete(found, ElementaryType(""))
+
+    def query(self, node: s.Call) -> t.Query:
+        """Type __QUERYINTERFACE and __QUERYPOINTER, or raise InputError."""
+        name, objects = node.function.key, self._scope.declarations.objects
+        if len(node.arguments) != 2:
+            text = f"{name} takes 2 arguments, not {len(node.arguments)}"
+            raise self._scope.error(text, node.at)
+        first, second = (one.value for one in node.arguments)
+        source = self._all.check(first, None)
+        if not isinstance(source.type, (InterfaceType, BlockType)):
+            text = f"{name} needs an interface or block, not a {describe(source.type)}"
+            raise self._scope.error(text, first.at)
+        if not isinstance(second, PLACES):
+            raise self._scope.error(f"{name} needs a variable for its result", second.at)
+        target = self._all.writable(second)
+        kind = target.type
+        asked: Type | None = kind
+        if name == "__QUERYPOINTER":
+            asked = kind.target if isinstance(kind, ReferenceType) else None
+            if not isinstance(asked, BlockType):
+                text = f"{name} needs a POINTER TO a function block, not a {describe(kind)}"
+                raise self._scope.error(text, second.at)
+        elif not isinstance(kind, InterfaceType):
+            text = f"{name} needs a variable of an interface, not a {describe(kind)}"
+            raise self._scope.error(text, second.at)
+        every = self._scope.registry.dialect.name == "ax"  # each interface can be asked for
+        for one, at in ((source.type, first.at), (asked, second.at)):
+            if every:
+                break
+            if isinstance(one, InterfaceType) and not objects.is_a(one, InterfaceType(_QUERY)):
+                hint = f"let {one.name} EXTEND __SYSTEM.{_QUERY}"
+                raise self._scope.error(f"{name} cannot ask for {one.name}", at, hint)
+        assert asked is not None
+        key = asked.name.upper()
+        blocks = objects.derived(key) + [one for one in objects.blocks if one == key]
+        return t.Query(source, target, tuple(blocks), BOOL)
 
     # --- functions ---
 
@@ -196,11 +360,13 @@ class References:
         """
         key = node.function.key
         if key in _REFUSED and key not in self._scope.declarations.pous:
-            raise self._scope.error(
-                f"{node.function.text} is not supported", node.at, _REFUSED[key]
-            )
+            alone = key in ("__NEW", "__DELETE")
+            text = "cannot stand here" if alone else "is not supported"
+            raise self._scope.error(f"{node.function.text} {text}", node.at, _REFUSED[key])
         known = key in FUNCTIONS and key not in self._scope.declarations.pous
-        if known:
+        if known and key.startswith("__QUERY"):
+            self._scope.note("__QUERYINTERFACE or __QUERYPOINTER", node.at)
+        elif known:
             self._scope.note("ADR or REF", node.at)
         return known
 
@@ -208,16 +374,21 @@ class References:
         """Return the type of the result of ADR, REF and __ISVALIDREF."""
         if node.function.key in ("ADR", "REF"):
             return self._address(node, None).type
-        return BOOL if node.function.key == "__ISVALIDREF" else None
+        return BOOL
 
     def call(self, node: s.Call) -> t.Expression:
         """Type a call of ADR, REF or __ISVALIDREF."""
         if node.function.key in ("ADR", "REF"):
             return self._address(node, None)
+        if node.function.key != "__ISVALIDREF":
+            return self.query(node)
         argument = self._argument(node)
         found = self._all.place(argument) if isinstance(argument, PLACES) else None
-        if found is None or not isinstance(found.type, ReferenceType):
-            raise self._scope.error("__ISVALIDREF needs a variable of REFERENCE TO", node.at)
+        passed = isinstance(found, t.Use) and found.symbol.section == "VAR_IN_OUT"
+        if found is None or not (passed or isinstance(found.type, ReferenceType)):
+            text = "__ISVALIDREF needs a variable of REFERENCE TO, or a VAR_IN_OUT"
+            hint = "compare a pointer or an interface with 0"
+            raise self._scope.error(text, node.at, hint)
         return t.Valid(found, BOOL)
 
     def _argument(self, node: s.Call) -> s.Expression:
@@ -235,6 +406,7 @@ class References:
             raise self._scope.error("an array of open length has no address", node.at, hint)
         if place is None or isinstance(place.type, InterfaceType):
             raise self._scope.error(f"{node.function.text} needs a variable", node.at)
+        self._check_bit(place, argument.at)
         kind = "REF_TO" if node.function.key == "REF" else "POINTER"
         if isinstance(want, ReferenceType):
             kind = want.kind

@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.constructs import CONSTRUCTS, Use
+from structured_text.language.dialects import IEC, Dialect, rules_of
 from structured_text.language.scalars import CORE
-from structured_text.language.standard import reserved
+from structured_text.language.standard import BLOCKS, reserved
 from structured_text.language.walk import nodes
 from structured_text.output.limits import MOST_LEVELS
 
-__all__ = ["ConsequenceError", "Declared", "Registry", "last_name"]
+__all__ = ["ConsequenceError", "Declared", "Registry", "base_name", "last_name"]
 
 #: Nodes that create no dependency. A pointer may lead back to its own type, and a method may use
 #: a block that contains the method's own block.
 _LATER = (s.PointerSpec, s.Method, s.Property)
 
 #: Vendor libraries with standard elements. Their names may stand before these elements.
-_LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
+_LIBRARIES = (
+    "__SYSTEM",
+    "STANDARD",
+    "TC2_STANDARD",
+    "TC2_SYSTEM",
+    "TC2_UTILITIES",
+    "UTIL",
+    "STANDARD64",
+)
 
 
 class ConsequenceError(InputError):
@@ -42,6 +51,11 @@ class Declared:
         """Return the file of the declaration."""
         return self.source.file
 
+    @property
+    def is_system(self) -> bool:
+        """Return whether the tool declares it, and not the user: it belongs to no file."""
+        return str(self.file) == _LIBRARIES[0]
+
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
         """Return an error in this declaration's file."""
         return InputError(message, file=self.file, line=at.line, column=at.column, hint=hint)
@@ -56,21 +70,35 @@ class Registry:
     """The types and POUs of all sources by upper-case name, and the rules for names.
 
     The registry continues after a reported error.
+
+    Attributes:
+        dialect: The rules where tools differ.
     """
 
-    def __init__(self, sources: Iterable[s.Source], report: Callable[[InputError], None]) -> None:
+    def __init__(
+        self,
+        sources: Iterable[s.Source],
+        report: Callable[[InputError], None],
+        dialect: Dialect | None = None,
+    ) -> None:
         self._report = report
+        self.dialect = dialect or rules_of(IEC)
         self.types: dict[str, Declared] = {}
         self.pous: dict[str, Declared] = {}
         self.interfaces: dict[str, Declared] = {}
+        self.overloads: dict[str, list[str]] = {}
+        self.written_names: dict[str, str] = {}
         self.namespaces = set(_LIBRARIES)
         self.configuration: Declared | None = None
         self.members: dict[str, list[str]] = {}
         sources = list(sources)
         self.lists: list[Declared] = []
         self.uses: list[Use] = []
+        self.entries: list[tuple[s.ConfigEntry, Declared]] = []
         for source in sources:
             self.uses += source.uses
+            for entry in source.entries:
+                self.entries.append((entry, Declared(_nameless(entry.at), source, self.uses)))
             for node in source.declarations:
                 self._add(Declared(node, source, self.uses))
             for space in source.namespaces:
@@ -105,6 +133,8 @@ class Registry:
             return
         key = node.name.key
         earlier = self.types.get(key) or self.pous.get(key) or self.interfaces.get(key)
+        if earlier is not None and self._overloads(declared, earlier):
+            return
         if earlier is not None:
             place = f"{earlier.file.name}, line {earlier.node.name.at.line}"
             hint = f"remove this one or the one in {place}"
@@ -121,6 +151,24 @@ class Registry:
         else:
             self._note_standard(declared)
             self.pous[key] = declared
+
+    def _overloads(self, declared: Declared, earlier: Declared) -> bool:
+        """Add a function that has the name of another one but other inputs; return whether."""
+        node, other = declared.node, earlier.node
+        if self.dialect.name != "ax" or not isinstance(node, s.Pou) or not isinstance(other, s.Pou):
+            return False
+        key = node.name.key
+        known = self.overloads.get(key, [key])
+        inputs = [_inputs(self.pous[one].node) for one in known]
+        if {node.kind, other.kind} != {"FUNCTION"} or _inputs(node) in inputs:
+            return False
+        name = f"{node.name.text}__{len(known) + 1}"
+        self.overloads[key] = [*known, name.upper()]
+        self.written_names[name.upper()] = node.name.text
+        renamed = replace(node, name=s.Name(name, node.name.at))
+        self.pous[name.upper()] = replace(declared, node=renamed)
+        declared.note("functions of one name", node.name.at)
+        return True
 
     def _note_standard(self, declared: Declared) -> None:
         if reserved(declared.node.name.key):
@@ -139,6 +187,37 @@ class Registry:
                         hint="name its file, too, or check the spelling",
                     )
                 )
+
+    def incomplete(self, key: str) -> bool:
+        """Return whether a base or interface of a block is missing in these sources."""
+        seen: set[str] = set()
+        while key and key not in seen:
+            seen.add(key)
+            declared = self.pous.get(key)
+            if declared is None or not isinstance(declared.node, s.Pou):
+                return key not in BLOCKS
+            node = declared.node
+            if any(last_name(one) not in self.interfaces for one in node.implements):
+                return True
+            if node.extends is not None and not self.is_reachable(node.extends):
+                return True
+            key = "" if node.extends is None else base_name(node)
+        return bool(key)
+
+    def is_reachable(self, name: s.Name) -> bool:
+        """Return whether a name has no namespace, or one of the sources or of a known library.
+
+        A library may have its own libraries: `Library.Inner.Name`.
+        """
+        space = name.key.rpartition(".")[0]
+        return not space or space in self.namespaces or space.rpartition(".")[2] in self.namespaces
+
+    def check_reachable(self, name: s.Name, where: Declared) -> None:
+        """Raise InputError if a name has an unknown namespace."""
+        if not self.is_reachable(name):
+            space = name.text[: name.text.rindex(".")]
+            hint = "name its project, too, or check the spelling"
+            raise where.error(f"there is no namespace {space}", name.at, hint)
 
     def variable_clash(self, key: str) -> str:
         """Return why a variable should not have this name; empty if it can."""
@@ -170,7 +249,7 @@ class Registry:
         done: dict[str, bool] = {}
         levels: dict[str, int] = {}
         too_deep: list[Declared] = []
-        result: list[Declared] = list(self.interfaces.values())
+        result = [one for one in self.interfaces.values() if not one.is_system]
 
         # Depth-first search. `done` is False for a declaration while its dependencies are visited,
         # and True afterwards. A dependency that is still False uses itself. `levels` is the
@@ -186,7 +265,15 @@ class Registry:
                     self._report_cycle(declared, (*path[path.index(key) :], key))
                 return
             done[key] = False
-            used = [name for name in _used(declared.node) if name in everything]
+            used = [
+                last_name(name)
+                for name in _used(declared.node)
+                if self.is_reachable(name) and last_name(name) in everything
+            ]
+            used = [one for name in used for one in self.overloads.get(name, [name])]
+            # Functions of one name may call each other: the arguments choose another one.
+            family = self.overloads.get(self.written_names.get(key, key).upper(), ())
+            used = [one for one in used if one not in family]
             for name in used:
                 visit(everything[name], (*path, key))
             done[key] = True
@@ -216,21 +303,59 @@ class Registry:
         self._report(declared.error(f"{kind}: {names}", declared.node.name.at))
 
 
-def _used(node: Any) -> Iterator[str]:
+def _nameless(at: s.Position) -> s.GlobalList:
+    """Return an empty declaration for the entries of VAR_CONFIG."""
+    return s.GlobalList(s.Name("", at), s.Section("VAR_CONFIG", "", (), at), at)
+
+
+def _inputs(node: s.Declaration) -> list[str]:
+    """Return the types of the pins of a function, as written, in upper case."""
+    assert isinstance(node, s.Pou)
+    return [
+        _written(variable.spec)
+        for section in node.sections
+        if section.kind in ("VAR_INPUT", "VAR_IN_OUT", "VAR_OUTPUT")
+        for variable in section.variables
+        for _ in variable.names
+    ]
+
+
+def _written(spec: object) -> str:
+    if isinstance(spec, s.NamedSpec):
+        return spec.name.key
+    if isinstance(spec, s.ArraySpec):
+        return f"ARRAY {len(spec.dimensions)} {_written(spec.element)}"
+    return type(spec).__name__
+
+
+def _used(node: Any) -> Iterator[s.Name]:
     """Yield names of types and functions that a piece of syntax uses, in order."""
     for one in nodes(node, _LATER):
         kind = type(one)
         if kind is s.NamedSpec:
-            yield one.name.key.rpartition(".")[2]
+            yield one.name
         elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
-            yield one.extends.key.rpartition(".")[2]
+            space, _, name = one.extends.key.rpartition(".")
+            # `Drive EXTENDS Library.Drive` extends the other block of its name.
+            if not space or name != one.name.key:
+                yield one.extends
         elif kind is s.Call:
-            yield one.function.key
+            yield one.function
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:
     """Return the beginning and end of every contiguous part of a sequence of names."""
     return ((i, j) for i in range(size) for j in range(i + 1, size + 1))
+
+
+def base_name(node: s.Pou | s.TypeDecl) -> str:
+    """Return the upper-case name of the block or structure that a declaration extends.
+
+    The name is that of a missing declaration if it extends another one of its own name.
+    """
+    assert node.extends is not None
+    key = last_name(node.extends)
+    return node.extends.key if key == node.name.key and "." in node.extends.key else key
 
 
 def last_name(name: s.Name) -> str:

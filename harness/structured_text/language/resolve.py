@@ -2,34 +2,40 @@
 
 Declarations may stand in any order, and constants and types depend on each other: an array bound
 may be a constant, and the value of the constant may need a type. Each is therefore resolved on its
-first use. `_under_way` has the names whose resolution has begun; to meet one again means a cycle. A
+first use. `under_way` has the names whose resolution has begun; to meet one again means a cycle. A
 pointer may lead to a type that contains it, so the targets of pointers are resolved last (`link`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, MutableMapping
+from copy import deepcopy
 from ctypes import c_float
+from dataclasses import replace
 from typing import Any
 
-from structured_text.errors import InputError
+from structured_text.errors import InputError, did_you_mean, similar
 from structured_text.language import syntax as s
 from structured_text.language.constants import NotConstantError, constant, evaluate, member
 from structured_text.language.extent import Extents
 from structured_text.language.later import Later
 from structured_text.language.registry import ConsequenceError, Declared, Registry, last_name
 from structured_text.language.scalars import (
+    ANY_BIT,
     ANY_CHARS,
     ANY_INT,
     ANY_REAL,
     ANY_STRING,
+    BOOL,
     CORE,
     ELEMENTARY,
     INT_RANGE,
     LONGEST_STRING,
+    STRING_MAX,
 )
 from structured_text.language.sizes import size_of
 from structured_text.language.standard import BLOCKS, UNSUPPORTED, conversion, reserved
+from structured_text.language.system import ANY_TYPE, GROUPS, system_declaration
 from structured_text.language.tree import Constant, Pou, Symbol
 from structured_text.language.types import (
     ArrayType,
@@ -44,6 +50,7 @@ from structured_text.language.types import (
     has_block,
 )
 from structured_text.language.values import array_length, describe
+from structured_text.language.written_types import type_of
 from structured_text.output.limits import MOST_LEVELS
 
 __all__ = ["Types", "default_scalar", "fills", "is_null"]
@@ -65,6 +72,7 @@ class Types:
         sections: The sections of that POU.
         views: Whether memory is read as another type; see `Project`.
         extents: The sizes of types, for the limits.
+        extended: The structure that a structure extends, by upper-case name.
     """
 
     def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
@@ -76,11 +84,12 @@ class Types:
         self.pous: dict[str, Pou] = {}
         self.globals: dict[str, Symbol] = {}
         self.lists: dict[str, dict[str, str]] = {}
-        self.local: dict[str, Symbol] = {}
+        self.local: MutableMapping[str, Symbol] = {}
         self.sections: list[tuple[s.Section, Declared]] = []
         self.views = False
         self.extents = Extents()
-        self._under_way: set[str] = set()
+        self.extended: dict[str, str] = {}
+        self.under_way: set[str] = set()
         self._listed: dict[str, tuple[s.VarDecl, Declared]] | None = None
         self._pended: dict[str, Constant | InputError | None] = {}
         self._unlinked: list[tuple[ReferenceType, s.TypeSpec, Declared]] = []
@@ -99,9 +108,9 @@ class Types:
     def add_type(self, node: s.TypeDecl, where: Declared) -> None:
         """Resolve a type of a TYPE … END_TYPE, unless that is done."""
         key = node.name.key
-        if key in self.types or key in self._under_way:
+        if key in self.types or key in self.under_way:
             return
-        self._under_way.add(key)
+        self.under_way.add(key)
         try:
             kind, initial = self._named_type(node, where)
             self.types[key] = kind
@@ -114,8 +123,10 @@ class Types:
 
     def type_named(self, key: str) -> Type | None:
         """Return the type of the sources with this upper-case name; None without one."""
-        if key not in self.types and key in self.registry.types:
-            declared = self.registry.types[key]
+        declared = self.registry.types.get(key)
+        if declared is None and key not in self.registry.pous:
+            declared = system_declaration(key)
+        if key not in self.types and declared is not None:
             assert isinstance(declared.node, s.TypeDecl)
             self.add_type(declared.node, declared)
         return self.types.get(key)
@@ -145,7 +156,7 @@ class Types:
             seen.add(one.key)
         names = tuple(one.text for one in spec.members)
         if not spec.explicit and spec.base is None:
-            return EnumType(name, names), 0
+            return EnumType(name, names, attributes=spec.attributes), 0
         base = ELEMENTARY["INT"]
         if spec.base is not None:
             found, _ = self.resolve(spec.base, where)
@@ -167,24 +178,32 @@ class Types:
         low, high = INT_RANGE[base.name]
         if not all(low <= value <= high for value in values):
             raise where.error(f"a member is outside {base.name} ({low} to {high})", spec.at)
-        return EnumType(name, names, tuple(values), base.name), values[0]
+        return EnumType(name, names, tuple(values), base.name, spec.attributes), values[0]
 
     def _structure(
         self, name: str, spec: s.StructSpec, where: Declared, base: s.Name | None = None
     ) -> tuple[Type, Any]:
         fields: list[tuple[str, Type]] = []
         seen: set[str] = set()
+        bits: set[str] = set()
         values: dict[str, Any] = {}
         if base is not None:
+            self.registry.check_reachable(base, where)
             known = self.type_named(last_name(base))
+            if known is None and last_name(base) in self.registry.types:
+                raise ConsequenceError(f"the declaration of {base.text} has an error")
             if not isinstance(known, StructType):
                 raise where.error(f"{base.text} is not a structure of these sources", base.at)
+            self.extended[name.upper()] = last_name(base)
             fields += known.fields
+            bits |= known.bits
             seen.update(field.upper() for field, _ in fields)
             values.update(self.initial[last_name(base)])
         for declaration in spec.fields:
             owner = f"{name}_{declaration.names[0].text}"
-            kind, initial = self.resolve(declaration.spec, where, owner)
+            bit = self.is_bit(declaration.spec, where)
+            kind, initial = (BOOL, False) if bit else self.resolve(declaration.spec, where, owner)
+            bits |= {field.key for field in declaration.names if bit}
             if has_block(kind):
                 where.note("a block in a structure", declaration.at)
             if declaration.initial is not None:
@@ -201,15 +220,47 @@ class Types:
         if spec.union and len(values) > 1:
             raise where.error("more than one field of a UNION has an initial value", spec.at)
         self.views = self.views or spec.union
-        kind = StructType(name, tuple(fields), spec.union)
+        kind = StructType(name, tuple(fields), spec.union, frozenset(bits))
         self.extents.check(kind, name, where, spec.at)
         return kind, values
+
+    def any_type(self, spec: s.TypeSpec, where: Declared) -> tuple[Type, Any] | None:
+        """Return type and initial value of an input that is ANY or ANY_INT; None for others."""
+        key = spec.name.key if isinstance(spec, s.NamedSpec) else ""
+        if key not in GROUPS or key in self.registry.types:
+            return None
+        where.note("ANY", spec.at, key)
+        kind = self.type_named(ANY_TYPE)
+        assert isinstance(kind, StructType)
+        named = kind if key == "ANY" else replace(kind, name=key)
+        self.types[key], self.initial[key] = named, self.initial[ANY_TYPE]
+        self.views = True
+        return named, self.initial[ANY_TYPE]
+
+    def is_bit(self, spec: s.TypeSpec, where: Declared) -> bool:
+        """Return whether a field, or a variable of a block, is a BIT; note it."""
+        found = isinstance(spec, s.NamedSpec) and spec.name.key == "BIT"
+        if not found or "BIT" in self.registry.types:
+            return False
+        where.note("the type BIT", spec.at)
+        return True
 
     @staticmethod
     def _check_overlaid(kind: Type, node: s.VarDecl, where: Declared) -> None:
         if has_address(kind):
             text = f"a field of a UNION cannot be a {describe(kind)}"
             raise where.error(text, node.at, "use a STRUCT for it")
+
+    def derives(self, have: Type, want: Type) -> bool:
+        """Return whether a structure extends another one, directly or indirectly."""
+        if not isinstance(have, StructType) or not isinstance(want, StructType):
+            return False
+        key = have.name.upper()
+        while key in self.extended:
+            key = self.extended[key]
+            if key == want.name.upper():
+                return True
+        return False
 
     def _array(self, name: str, spec: s.ArraySpec, where: Declared) -> tuple[Type, Any]:
         bounds = []
@@ -249,10 +300,18 @@ class Types:
             return reference, None
         if not isinstance(spec, s.NamedSpec):
             return self._nameless(spec, where, owner)
-        space, _, key = spec.name.key.rpartition(".")
+        if spec.empty:
+            kind, initial = self.resolve(replace(spec, empty=False), where, owner)
+            if not isinstance(kind, BlockType):
+                text = f"a {describe(kind)} takes no arguments in ( )"
+                raise where.error(text, spec.at, "remove the ( )")
+            return kind, initial
+        if spec.generics:
+            text = f"{spec.name.text} has no VAR_GENERIC"
+            raise where.error(text, spec.at, "leave out what is in < >")
+        self.registry.check_reachable(spec.name, where)
+        key = last_name(spec.name)
         name = spec.name.text[-len(key) :]
-        if space and space not in self.registry.namespaces:
-            raise where.error(f"there is no namespace {spec.name.text[: len(space)]}", spec.at)
         if key in self.registry.interfaces:
             return InterfaceType(self.registry.interfaces[key].node.name.text), None
         if spec.length is not None:
@@ -264,6 +323,8 @@ class Types:
             kind = ELEMENTARY[key]
             if key not in CORE:
                 where.note("a type of the third edition", spec.at, kind.name)
+            if key in ANY_STRING and self.registry.dialect.text != STRING_MAX:
+                kind = ElementaryType(key, self.registry.dialect.text)
             return kind, default_scalar(kind)
         if key in BLOCKS and key not in self.registry.pous:
             self.blocks.setdefault(key, BLOCKS[key])
@@ -278,11 +339,18 @@ class Types:
                 return self.blocks[key], None
         if key in self.registry.types or declared is not None:
             raise ConsequenceError(f"the declaration of {name} has an error")
+        if key in GROUPS:
+            text = f"{key} is for inputs of functions, methods and function blocks only"
+            raise where.error(text, spec.at, "write the type")
+        if key == "BIT":
+            text = "BIT is for fields of a structure and variables of a function block only"
+            raise where.error(text, spec.at, "use BOOL")
         if key in UNSUPPORTED:
             raise where.error(f"the block {name} is not supported", spec.at)
-        raise where.error(
-            f"there is no type {name}", spec.at, "name its file, too, or check the spelling"
-        )
+        own = [*self.registry.types.values(), *self.registry.pous.values()]
+        names = [*(one.node.name.text for one in own), *ELEMENTARY, *BLOCKS]
+        hint = did_you_mean(similar(name, names)) or "name its file, too, or check the spelling"
+        raise where.error(f"there is no type {name}", spec.at, hint)
 
     def _nameless(
         self, spec: s.EnumSpec | s.StructSpec, where: Declared, owner: str
@@ -313,7 +381,11 @@ class Types:
 
     def _subrange(self, spec: s.SubrangeSpec, where: Declared) -> tuple[Type, Any]:
         kind, _ = self.resolve(spec.base, where)
-        if not isinstance(kind, ElementaryType) or kind.name not in (*ANY_INT, *ANY_REAL):
+        if not isinstance(kind, ElementaryType) or kind.name not in (
+            *ANY_INT,
+            *ANY_REAL,
+            *ANY_BIT[1:],
+        ):
             raise where.error(f"a {describe(kind)} has no subrange", spec.at)
         low = constant(spec.low, kind, self.types, where, self.lookup).value
         high = constant(spec.high, kind, self.types, where, self.lookup).value
@@ -323,15 +395,33 @@ class Types:
 
     # --- constants ---
 
+    def _without_space(self, node: s.Expression) -> s.Expression:
+        """Return a path without the namespace at its beginning."""
+        if not isinstance(node, s.Field):
+            return node
+        if isinstance(node.base, s.Name):
+            key = node.base.key
+            known = key in self.lists or self.type_named(key) is not None
+            return node.name if key in self.registry.namespaces and not known else node
+        base = self._without_space(node.base)
+        if base is node.base or not isinstance(base, s.Name):
+            return node
+        return s.Field(base, node.name, node.at)
+
     def lookup(self, node: s.Expression) -> Constant | None:
         """Return the constant of a name, path or call; None if it is not a constant."""
+        node = self._without_space(node)
         if isinstance(node, s.Field) and isinstance(node.base, s.Name):
             kind = self.type_named(node.base.key)
             if isinstance(kind, EnumType):
                 found = node.name.key in (one.upper() for one in kind.members)
                 return Constant(kind.value_of(node.name.key), kind, True) if found else None
             key = self.lists.get(node.base.key, {}).get(node.name.key)
-            return self._global_constant(key) if key else self._pending(node.name.key)
+            if key:
+                return self._global_constant(key)
+            return self._of_block(node) or self._pending(node.name.key)
+        if isinstance(node, s.Field) and isinstance(node.base, s.Field):
+            return self.lookup(replace(node, base=node.base.name))  # behind a namespace
         if isinstance(node, s.Call):
             return self._called(node)
         if not isinstance(node, s.Name):
@@ -350,18 +440,39 @@ class Types:
             return self._global_constant(node.key)
         return self._pending(node.key)
 
+    def _of_block(self, node: s.Field) -> Constant | None:
+        """Return the constant of a block's instance or of a POU, such as `Drive.MOST`."""
+        assert isinstance(node.base, s.Name)
+        symbol = self.local.get(node.base.key)
+        block = symbol.type if symbol is not None else self.blocks.get(node.base.key)
+        pou = self.pous.get(block.name.upper()) if isinstance(block, BlockType) else None
+        found = pou.symbols.get(node.name.key) if pou is not None else None
+        return None if found is None else _constant_of(found)
+
     def _called(self, node: s.Call) -> Constant | None:
         """Return the value of a call that is constant.
 
-        That is SIZEOF of a type or variable, or the conversion of a constant to an integer type.
+        That is SIZEOF of a type or variable, a bound of an array, or the conversion of a constant
+        to an integer type.
         """
+        key = node.function.key
+        if key in ("LOWER_BOUND", "UPPER_BOUND") and len(node.arguments) == 2:
+            kind, which = type_of(self, node.arguments[0].value), node.arguments[1].value
+            number = which.text if isinstance(which, s.Literal) else ""
+            if not isinstance(kind, ArrayType) or kind.open or not number.isdecimal():
+                return None
+            if not 1 <= int(number) <= len(kind.bounds):
+                return None
+            ends = kind.bounds[int(number) - 1]
+            return Constant(ends[key == "UPPER_BOUND"], ELEMENTARY["LINT"])
         if len(node.arguments) != 1:
             return None
         argument = node.arguments[0].value
-        if node.function.key == "SIZEOF" and isinstance(argument, s.Name):
-            symbol = self.local.get(argument.key)
-            kind = symbol.type if symbol is not None else self.type_named(argument.key)
-            kind = kind or self.blocks.get(argument.key) or ELEMENTARY.get(argument.key)
+        if key in ("SIZEOF", "XSIZEOF"):
+            kind = type_of(self, argument)
+            name = argument.key if isinstance(argument, s.Name) else ""
+            if kind is None and name in self.registry.types:
+                raise ConsequenceError(f"the declaration of {name} has an error")
             size = None if kind is None else size_of(kind)
             return None if size is None else Constant(size, ELEMENTARY["LINT"])
         pair = conversion(node.function.key)
@@ -390,13 +501,7 @@ class Types:
 
     def _pending(self, key: str) -> Constant | None:
         """Return a global constant that a type needs before the globals are declared."""
-        if self._listed is None:
-            self._listed = {}
-            for declared in self.registry.lists:
-                assert isinstance(declared.node, s.GlobalList)
-                for name, variable in _constants(declared.node.section):
-                    self._listed.setdefault(name, (variable, declared))
-        found = self._listed.get(key)
+        found = self._constants_of_lists().get(key)
         if found is None:
             return None
         if key not in self._pended:
@@ -409,6 +514,16 @@ class Types:
             raise known
         return known
 
+    def _constants_of_lists(self) -> dict[str, tuple[s.VarDecl, Declared]]:
+        """Return the constants of all lists of global variables, by upper-case name."""
+        if self._listed is None:
+            self._listed = {}
+            for declared in self.registry.lists:
+                assert isinstance(declared.node, s.GlobalList)
+                for name, variable in _constants(declared.node.section):
+                    self._listed.setdefault(name, (variable, declared))
+        return self._listed
+
     def _declared_constant(self, key: str) -> Constant | None:
         """Return a constant of sections that are not declared yet."""
         for section, declared in self.sections:
@@ -419,13 +534,13 @@ class Types:
 
     def _value_of(self, key: str, variable: s.VarDecl, declared: Declared) -> Constant | None:
         """Return the value of a constant before its declaration is resolved."""
-        if key in self._under_way:
+        if key in self.under_way:
             raise declared.error(f"the constant {key} uses itself", variable.at)
-        if len(self._under_way) > MOST_LEVELS:
+        if len(self.under_way) > MOST_LEVELS:
             text = f"more than {MOST_LEVELS} constants and types that use each other in a row"
             raise declared.error(text, variable.at)
         assert variable.initial is not None
-        self._under_way.add(key)
+        self.under_way.add(key)
         try:
             kind, _ = self.resolve(variable.spec, declared)
             if not isinstance(kind, (ElementaryType, EnumType)):
@@ -433,7 +548,7 @@ class Types:
             found = constant(variable.initial, kind, self.types, declared, self.lookup)
             return Constant(found.value, kind, True)
         finally:
-            self._under_way.discard(key)
+            self.under_way.discard(key)
 
     def constant(self, node: s.Init, kind: Type, where: Declared, detail: str = "") -> Constant:
         """Return the value of a constant expression in the required type, or raise InputError."""
@@ -516,10 +631,37 @@ class Types:
                 result = {name: value} if kind.union else {**result, name: value}
             return result
         if isinstance(kind, BlockType) and isinstance(node, s.StructInit):
-            return self._block_value(node, kind, where, default)
+            return self._block_value(node, kind, where, default, later)
+        if isinstance(kind, (ArrayType, StructType)) and isinstance(node, (s.Name, s.Field)):
+            found = self._whole_constant(node, kind)
+            if found is not None:
+                where.note("a constant instead of a literal", node.at)
+                return found
         if later is not None and not isinstance(kind, BlockType) and later.takes(node, kind):
             return default
-        raise where.error(f"this is not an initial value for a {describe(kind)}", node.at)
+        error = where.error(f"this is not an initial value for a {describe(kind)}", node.at)
+        data = isinstance(kind, (ArrayType, StructType)) and later is not None
+        if data and isinstance(node, (s.Name, s.Field, s.Index, s.Dereference, s.Call, s.Invoke)):
+            raise NotConstantError(
+                error.message, file=error.file, line=error.line, column=error.column
+            )
+        raise error
+
+    def _whole_constant(self, node: s.Name | s.Field, kind: Type) -> Any:
+        """Return the value of a constant array or structure; None for another variable."""
+        key = node.key if isinstance(node, s.Name) else node.name.key
+        symbol = self.local.get(key) if isinstance(node, s.Name) else None
+        if symbol is not None:
+            return deepcopy(symbol.initial) if symbol.constant and symbol.type == kind else None
+        if isinstance(node, s.Field) and not isinstance(node.base, s.Name):
+            return None
+        variable, declared = self._constants_of_lists().get(key, (None, None))
+        if variable is None or declared is None or variable.initial is None:
+            return None
+        found, default = self.resolve(variable.spec, declared)
+        if found != kind:
+            return None
+        return self.initial_value(variable.initial, kind, declared, default)
 
     def _plain_value(self, kind: Type) -> Any:
         """Return the initial value of a type."""
@@ -530,7 +672,12 @@ class Types:
         return self.initial[kind.name.upper()]
 
     def _block_value(
-        self, node: s.StructInit, kind: BlockType, where: Declared, default: Any
+        self,
+        node: s.StructInit,
+        kind: BlockType,
+        where: Declared,
+        default: Any,
+        later: Later | None = None,
     ) -> dict[str, Any]:
         where.note("an initial value of a block", node.at)
         pou = self.pous.get(kind.name.upper())
@@ -541,7 +688,8 @@ class Types:
             if pin is None or pin.section not in ("VAR", "VAR_INPUT", "VAR_OUTPUT"):
                 raise where.error(f"{kind.name} has no input {field.text}", field.at)
             start = pou.symbols[field.key].initial if pou is not None else None
-            result[pin.name] = self.initial_value(item, pin.type, where, start)
+            inner = later and later.member(field)
+            result[pin.name] = self.initial_value(item, pin.type, where, start, inner)
         return result
 
     def _items(
@@ -586,7 +734,7 @@ def _constant_of(symbol: Symbol) -> Constant | None:
 def is_null(node: Any) -> bool:
     """Return whether an expression is 0 or NULL."""
     if isinstance(node, s.Literal):
-        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#")
+        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#", "10#")
     return isinstance(node, s.Name) and node.key == "NULL"
 
 

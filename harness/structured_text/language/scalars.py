@@ -153,8 +153,8 @@ def number(text: str) -> int | float:
     base, _, digits = plain.rpartition("#")
     try:
         if base:
-            if base not in ("2", "8", "16"):
-                raise LiteralError(f"base {base} does not exist; use 2, 8 or 16")
+            if base not in ("2", "8", "10", "16"):
+                raise LiteralError(f"base {base} does not exist; use 2, 8, 10 or 16")
             return sign * int(digits, int(base))
         if "." not in plain and "E" not in plain.upper():
             return sign * int(plain)
@@ -216,6 +216,8 @@ def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
     """
     prefix, _, rest = text.partition("#")
     kind = ELEMENTARY[_PREFIXES.get(prefix.upper(), prefix.upper())]
+    if kind.name == "LTIME":
+        return kind, _time(rest, "LTIME")
     if kind.name in MOMENTS:
         return kind, _SPECIAL[kind.name.removeprefix("L")](rest)
     if kind.name in ANY_CHARS:
@@ -252,7 +254,11 @@ def within_real(value: float) -> float | None:
     return max(-REAL_MAX, min(REAL_MAX, float(value)))
 
 
-def _time(text: str) -> int:
+#: Largest durations [ns], and how a message writes them. CODESYS has LTIME without a sign.
+_LONGEST_TIMES = {"TIME": (1 << 63, "106,751 days"), "LTIME": (1 << 64, "213,503 days")}
+
+
+def _time(text: str, name: str = "TIME") -> int:
     plain = text.lower().replace("_", "")
     sign, plain = (-1, plain[1:]) if plain.startswith("-") else (1, plain.removeprefix("+"))
     units = list(_TIME_UNITS)
@@ -266,8 +272,9 @@ def _time(text: str) -> int:
             break
     if not plain or end != len(plain):
         raise LiteralError(f"T#{text} is not a duration; write it as T#1500ms or T#1h30m")
-    if total >= 1 << 63:
-        raise LiteralError(f"T#{text} is too large; a TIME holds 106,751 days")
+    most, shown = _LONGEST_TIMES["TIME" if sign < 0 else name]
+    if total >= most:
+        raise LiteralError(f"T#{text} is too large; a {name} holds {shown}")
     return sign * int(total)
 
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from structured_text.language.scalars import ANY_STRING, WIDTH, string_length
 from structured_text.language.types import (
     ArrayType,
+    BlockType,
     ElementaryType,
     EnumType,
+    InterfaceType,
     ReferenceType,
     StructType,
     Type,
 )
 from structured_text.language.values import array_length
 
-__all__ = ["places_of", "size_of"]
+__all__ = ["bits_of", "block_size", "places_of", "size_of"]
 
 _SIZES = {
     **{name: bits // 8 for name, bits in WIDTH.items()},
@@ -37,6 +41,36 @@ def size_of(kind: Type) -> int | None:
     return None if found is None else found[0]
 
 
+def block_size(kind: Type) -> int | None:
+    """Return the bytes of a block, or of a variable with blocks inside.
+
+    Each tool lays out blocks in its own way. This is the way of a structure that begins with a
+    pointer to the methods and continues with the variables, those of the base block first. A
+    VAR_IN_OUT is a pointer. The result is None if a part has no size.
+    """
+    found = _layout(_as_structure(kind))
+    return None if found is None else found[0]
+
+
+def _as_structure(kind: Type) -> Type:
+    """Return a type with a structure in place of each block."""
+    if isinstance(kind, InterfaceType):
+        return ReferenceType("POINTER", None)
+    if isinstance(kind, ArrayType):
+        return replace(kind, element=_as_structure(kind.element))
+    if isinstance(kind, StructType):
+        fields = tuple((name, _as_structure(field)) for name, field in kind.fields)
+        return replace(kind, fields=fields)
+    if not isinstance(kind, BlockType):
+        return kind
+    pointer = ReferenceType("POINTER", None)
+    held = [
+        pointer if one.section in ("VAR_IN_OUT", "VAR_EXTERNAL") else _as_structure(one.type)
+        for one in kind.variables
+    ]
+    return StructType(kind.name, tuple((str(at), one) for at, one in enumerate((pointer, *held))))
+
+
 def _layout(kind: Type) -> tuple[int, int] | None:
     """Return size and alignment [bytes]; None without a known layout."""
     if isinstance(kind, ElementaryType):
@@ -55,15 +89,35 @@ def _layout(kind: Type) -> tuple[int, int] | None:
         return None if element is None else (element[0] * array_length(kind), element[1])
     if not isinstance(kind, StructType):
         return None
-    end, most = 0, 1
-    for _, field in kind.fields:
+    found = _places(kind)
+    if found is None:
+        return None
+    most = max((alignment for _, _, _, alignment in found), default=1)
+    end = max((begin + size for begin, _, size, _ in found), default=0)
+    return -(-end // most) * most, most
+
+
+def _places(kind: StructType) -> list[tuple[int, int | None, int, int]] | None:
+    """Return offset, bit, size and alignment of each field; None without a known layout.
+
+    The bit is None for a field that is not a BIT.
+    """
+    end, bit, places = 0, 8, list[tuple[int, int | None, int, int]]()
+    for name, field in kind.fields:
         found = _layout(field)
         if found is None:
             return None
         size, alignment = found
-        begin = 0 if kind.union else -(-end // alignment) * alignment
-        end, most = max(end, begin + size), max(most, alignment)
-    return -(-end // most) * most, most
+        if name.upper() in kind.bits and not kind.union:
+            if bit == 8:
+                end, bit = end + 1, 0
+            places.append((end - 1, bit, 1, 1))
+            bit += 1
+            continue
+        begin, bit = 0 if kind.union else -(-end // alignment) * alignment, 8
+        end = begin + size
+        places.append((begin, 0 if name.upper() in kind.bits else None, size, alignment))
+    return places
 
 
 def places_of(kind: StructType) -> list[int]:
@@ -71,11 +125,16 @@ def places_of(kind: StructType) -> list[int]:
 
     The structure must have a size (`size_of`).
     """
-    end, places = 0, []
-    for _, field in kind.fields:
-        found = _layout(field)
-        assert found is not None
-        size, alignment = found
-        places.append(0 if kind.union else -(-end // alignment) * alignment)
-        end = places[-1] + size
-    return places
+    found = _places(kind)
+    assert found is not None
+    return [place for place, _, _, _ in found]
+
+
+def bits_of(kind: StructType) -> list[int | None]:
+    """Return the number of the bit of each field of the type BIT; None for other fields.
+
+    The structure must have a size (`size_of`).
+    """
+    found = _places(kind)
+    assert found is not None
+    return [bit for _, bit, _, _ in found]

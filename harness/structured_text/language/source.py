@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,17 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
-__all__ = ["Extract", "Line", "origin", "source_text", "title_of"]
+__all__ = [
+    "ELSEWHERE",
+    "Extract",
+    "Line",
+    "Unread",
+    "in_dialect",
+    "is_narrow",
+    "origin",
+    "source_text",
+    "title_of",
+]
 
 if TYPE_CHECKING:
     _AnyPath = Path
@@ -24,6 +35,9 @@ _MARKS = {
     b"\xff\xfe": "UTF-16",
     b"\xfe\xff": "UTF-16",
 }
+
+#: Added to the number of a line that is not in the file of its extract, but in its `project`.
+ELSEWHERE = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -41,6 +55,27 @@ class Line:
     shift: int = 0
 
 
+@dataclass(frozen=True)
+class Unread:
+    """A body that is in another language than Structured Text.
+
+    Its POU is declared with an empty body, so that the rest of the sources can be checked.
+
+    Attributes:
+        name: Its POU, or `Block.Method` for a part of a POU.
+        says: The reason, as the predicate of a message.
+        language: The short name of its language, for lists.
+        file: Its file.
+        at: Its line in that file.
+    """
+
+    name: str
+    says: str
+    language: str
+    file: Path
+    at: int
+
+
 class Extract(_AnyPath):
     """A file together with the Structured Text that was extracted from it.
 
@@ -50,24 +85,49 @@ class Extract(_AnyPath):
     Attributes:
         lines: The text, or None for a plain path.
         title: Name for this source. It corresponds to the stem of a separate file.
+        dialect: The dialect of the program (`language.dialects`); empty if the path says none.
+        unread: The bodies that are missing in the text, because they are in another language.
+        project: File of the lines from `ELSEWHERE` on: the project, if the file is a replacing one.
     """
 
     lines: tuple[Line, ...] | None = None
     title: str = ""
+    dialect: str = ""
+    unread: tuple[Unread, ...] = ()
+    project: str = ""
     _whole_hash: int | None = None
 
     @classmethod
-    def make(cls, file: Path, lines: tuple[Line, ...], title: str = "") -> Extract:
-        """Return the extract of a file."""
+    def make(
+        cls,
+        file: Path,
+        lines: tuple[Line, ...] | None,
+        title: str = "",
+        project: str = "",
+        unread: tuple[Unread, ...] = (),
+        dialect: str = "",
+    ) -> Extract:
+        """Return the extract of a file; without lines, a path that says only its dialect."""
         made = cls(str(file))
-        made.lines, made.title = lines, title
+        made.lines, made.title, made.dialect = lines, title, dialect
+        made.project, made.unread = project, unread
         return made
 
+    def place(self, line: int) -> tuple[str, int]:
+        """Return the file and the line in it for the line of a message."""
+        if self.project and line > ELSEWHERE:
+            return self.project, line - ELSEWHERE
+        return str(self), line
+
     def __eq__(self, other: object) -> bool:
-        """Return whether path and lines are equal."""
+        """Return whether path, dialect and lines are equal."""
         if self is other:  # comparing and hashing all lines takes long, and is done often
             return True
-        return super().__eq__(other) and self.lines == getattr(other, "lines", None)
+        return (
+            super().__eq__(other)
+            and self.dialect == getattr(other, "dialect", "")
+            and self.lines == getattr(other, "lines", None)
+        )
 
     def __hash__(self) -> int:
         """Return the hash of path and lines, computed once."""
@@ -78,10 +138,20 @@ class Extract(_AnyPath):
         return self._whole_hash
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return how to pickle this path; without lines it becomes a plain path."""
-        if self.lines is None:
+        """Return how to pickle this path; without lines and dialect it becomes a plain path."""
+        if self.lines is None and not self.dialect:
             return Path, (str(self),)
-        return Extract.make, (str(self), self.lines, self.title)
+        given = (str(self), self.lines, self.title, self.project, self.unread, self.dialect)
+        return Extract.make, given
+
+
+def in_dialect(file: Path, dialect: str) -> Path:
+    """Return the path of a source that says its dialect."""
+    if getattr(file, "dialect", "") == dialect:
+        return file
+    if not isinstance(file, Extract):
+        return Extract.make(file, None, dialect=dialect)
+    return Extract.make(file, file.lines, file.title, file.project, file.unread, dialect)
 
 
 def source_text(file: Path) -> str:
@@ -94,10 +164,38 @@ def source_text(file: Path) -> str:
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
             raise InputError(f"the file is {encoding}", file=file, hint=hint)
-    text = text_of(content, file)
+    text = _narrow(content) if _first_narrow(content) is not None else text_of(content, file)
     if "\0" in text:
         raise InputError("the file is not a text file, or is in UTF-16", file=file, hint=hint)
     return text
+
+
+def is_narrow(file: Path) -> int | None:
+    """Return the first line with a byte that is not UTF-8; None for a file in UTF-8.
+
+    Such a file is read as Windows-1252, which older tools write.
+    """
+    if getattr(file, "lines", None) is not None:
+        return None
+    content = file_bytes(file, SOURCE)
+    first = _first_narrow(content)
+    return None if first is None else content.count(b"\n", 0, first) + 1
+
+
+def _first_narrow(content: bytes) -> int | None:
+    """Return the position of the first byte that is not UTF-8; None with a mark of UTF-8."""
+    if content.startswith(BOM_UTF8):
+        return None
+    try:
+        content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        return error.start
+    return None
+
+
+def _narrow(content: bytes) -> str:
+    text = content.decode("cp1252", errors="replace")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def title_of(file: Path) -> str:

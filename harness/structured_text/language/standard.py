@@ -163,7 +163,10 @@ UNSUPPORTED = frozenset(["SEMA", "RTC", "PID", "RAMP", "INTEGRAL", "DERIVATIVE",
 
 _CONVERSION = re.compile(r"([A-Z_]+?)_TO_([A-Z_]+)")
 #: Pairs (source, target) of moments with a conversion. The types with a leading L are alike.
-_MOMENT_PAIRS = (("DT", "DATE"), ("DT", "TOD"), ("DATE", "DT"), ("TIME", "TOD"), ("TOD", "TIME"))
+_MOMENT_PAIRS = (
+    *(("DT", "DATE"), ("DT", "TOD"), ("DATE", "DT"), ("TIME", "TOD"), ("TOD", "TIME")),
+    *(("TIME", "DT"), ("DT", "TIME"), ("TIME", "DATE"), ("DATE", "TIME")),  # since 1970-01-01
+)
 
 
 def conversion(name: str) -> tuple[str, str] | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
@@ -11,9 +11,9 @@ from structured_text.language.checking import Checking
 from structured_text.language.declare import Scope
 from structured_text.language.methods import NOTHING
 from structured_text.language.objects import INIT
-from structured_text.language.types import BlockType, InterfaceType, ReferenceType
+from structured_text.language.types import BlockType, InterfaceType, ReferenceType, Type
 
-__all__ = ["Start", "start_call", "starting"]
+__all__ = ["Start", "instance_sections", "start_calls", "start_of", "starting"]
 
 _NO_EXPRESSION = (s.ArrayInit, s.StructInit, s.Sequence)
 
@@ -55,37 +55,86 @@ def _one(
         assert initial is not None
         assert not isinstance(initial, _NO_EXPRESSION)
         yield s.Assign(name, initial, name.at)
-    elif isinstance(variable.spec, s.NamedSpec) and variable.spec.arguments:
+    elif _has_arguments(variable) and section.kind != "VAR_INST":
+        assert isinstance(variable.spec, s.NamedSpec)
         yield Start(name, variable.spec.arguments, variable.spec.at)
 
 
-def start_call(node: Start, expressions: Checking) -> t.Evaluate:
-    """Type the call of `INIT` with the arguments of a declaration.
+def _has_arguments(variable: s.VarDecl) -> bool:
+    return isinstance(variable.spec, s.NamedSpec) and bool(variable.spec.arguments)
+
+
+def instance_sections(node: s.Pou) -> Iterator[s.Section]:
+    """Yield the VAR_INST of methods whose blocks get arguments, as variables of their block.
+
+    Such a block is part of each instance, and starts with it.
+    """
+    for member in node.members:
+        accessors = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)
+        for method in accessors:
+            for section in method.sections if method is not None else ():
+                if section.kind != "VAR_INST":
+                    continue
+                variables = tuple(
+                    replace(one, names=tuple(_qualified(method.name, name) for name in one.names))
+                    for one in section.variables
+                    if _has_arguments(one)
+                )
+                yield replace(section, kind="VAR", variables=variables)
+
+
+def _qualified(method: s.Name, name: s.Name) -> s.Name:
+    return s.Name(f"{method.text}.{name.text}", name.at)
+
+
+def start_calls(node: Start, expressions: Checking) -> list[t.Evaluate]:
+    """Type the calls of `INIT` with the arguments of a declaration, one for each block extended.
+
+    That of a base comes first. It has the first of the arguments, by position.
 
     Raise InputError if the block has no `INIT` with parameters, or the arguments do not fit.
     """
-    scope = expressions.scope
     instance = expressions.variable(node.name)
-    kind = instance.type
+    return start_of(instance.type, instance, node.arguments, node.at, expressions, node.name.text)
+
+
+def start_of(
+    kind: Type,
+    instance: t.Expression,
+    given_arguments: tuple[s.Argument, ...],
+    at: s.Position,
+    expressions: Checking,
+    shown: str = "",
+) -> list[t.Evaluate]:
+    """Type the calls of the `INIT` of an instance with these arguments, the base's first.
+
+    `shown` is the name of the variable, for messages. Raise InputError as `start_calls` does.
+    """
+    scope = expressions.scope
     method = None
     if isinstance(kind, BlockType):
         method = scope.declarations.objects.starter(kind.name.upper())
     if method is None or not isinstance(kind, BlockType):
-        text = f"{node.name.text} has no {INIT} that takes arguments"
-        raise scope.error(text, node.at, "write := (pin := value) for initial values")
+        text = f"{shown or kind.name} has no {INIT} that takes arguments"
+        raise scope.error(text, at, "write := (pin := value) for initial values")
     inputs = method.section("VAR_INPUT")[2:]
     given: dict[str, s.Argument] = {}
-    for symbol, argument in zip(inputs, node.arguments, strict=False):
+    for symbol, argument in zip(inputs, given_arguments, strict=False):
         given[argument.name.key if argument.name is not None else symbol.name.upper()] = argument
     arguments: list[t.Expression | None] = [None, None]
     for symbol in inputs:
         found = given.pop(symbol.name.upper(), None)
         if found is None:
             text = f"the argument {symbol.name} of {method.name} is missing"
-            raise scope.error(text, node.at, f"write {kind.name}({symbol.name} := ...)")
+            raise scope.error(text, at, f"write {kind.name}({symbol.name} := ...)")
         arguments.append(expressions.check(found.value, symbol.type))
     for argument in given.values():
         name = argument.name.text if argument.name is not None else ""
         raise scope.error(f"{method.name} has no input {name}", argument.at)
-    call = t.CallMethod(instance, method, True, tuple(arguments), (), (), NOTHING)
-    return t.Evaluate(call, node.at)
+    calls = []
+    for each in scope.declarations.objects.starters(kind.name.upper()):
+        count = len(each.section("VAR_INPUT"))
+        given_here = tuple(arguments[:count])
+        call = t.CallMethod(instance, each, True, given_here, (), (), NOTHING)
+        calls.append(t.Evaluate(call, at))
+    return calls

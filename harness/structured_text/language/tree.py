@@ -19,6 +19,7 @@ from structured_text.language.types import BlockType, ReferenceType, Type
 __all__ = [
     "Address",
     "Assign",
+    "Assigned",
     "Binary",
     "CallBase",
     "CallBlock",
@@ -26,16 +27,20 @@ __all__ = [
     "CallMethod",
     "Case",
     "Constant",
+    "Delete",
     "Deref",
     "Evaluate",
     "Expression",
     "For",
+    "Generic",
     "If",
     "Index",
     "Member",
+    "New",
     "Null",
     "Offset",
     "Pou",
+    "Query",
     "Recast",
     "Repeat",
     "Same",
@@ -62,7 +67,8 @@ class Symbol:
     variable. `started`: its declaration passes arguments to the block. `shared`: methods of the
     block use this VAR_IN_OUT. `calculated`: its initial value is not constant; `parts` are the
     parts of the initial value that are not constant. `retain`: it keeps its value over a warm
-    start. `area` is I, Q or M if the tool chooses the address (`%I*`).
+    start. `area` is I, Q or M if the tool chooses the address (`%I*`). `access` is PRIVATE or
+    PROTECTED if only the block `owner` (upper case), or also those that extend it, may use it.
     """
 
     name: str
@@ -80,6 +86,8 @@ class Symbol:
     parts: tuple[Part, ...] = ()
     retain: bool = False
     area: str = ""
+    access: str = ""
+    owner: str = ""
 
 
 @dataclass(frozen=True)
@@ -165,6 +173,15 @@ class Standard:
     type: Type
 
 
+@dataclass(frozen=True)
+class Assigned:
+    """An assignment inside an expression; its value is that of the target afterwards."""
+
+    target: Variable
+    value: Expression
+    type: Type
+
+
 # Object orientation and references: only the built-in engine runs these nodes.
 
 
@@ -243,7 +260,7 @@ class Null:
 
 @dataclass(frozen=True)
 class Valid:
-    """The test whether a reference refers to a variable."""
+    """The test whether a reference, or a VAR_IN_OUT of a block, refers to a variable."""
 
     reference: Expression
     type: Type
@@ -262,6 +279,50 @@ class Same:
     type: Type
 
 
+@dataclass(frozen=True)
+class Generic:
+    """The argument of an input that is ANY: pointer to a variable, its class and size [bytes]."""
+
+    pointer: Expression
+    number: int
+    size: int
+    type: Type
+
+
+@dataclass(frozen=True)
+class Query:
+    """The test whether the block of an interface is one of `blocks`, by upper-case name.
+
+    If it is, the target becomes that block, or a pointer to it. If not, the target becomes 0.
+    """
+
+    source: Expression
+    target: Variable
+    blocks: tuple[str, ...]
+    type: Type
+
+
+@dataclass(frozen=True)
+class New:
+    """A pointer to a variable made while the program runs, or to `count` variables in a row.
+
+    `made` is the type of the variable, `initial` its initial value.
+    """
+
+    made: Type
+    initial: Any
+    count: Expression | None
+    type: ReferenceType
+
+
+@dataclass(frozen=True)
+class Delete:
+    """The end of a variable made by `New`; the pointer becomes 0."""
+
+    pointer: Variable
+    type: Type
+
+
 Variable = Use | Member | Index | This | CallMethod | Deref
 Expression = (
     Constant
@@ -276,6 +337,11 @@ Expression = (
     | Null
     | Valid
     | Same
+    | Assigned
+    | Generic
+    | Query
+    | New
+    | Delete
 )
 
 
@@ -411,7 +477,7 @@ class Pou:
     calls: set[str] = field(default_factory=set)
     """Upper-case names of the functions of the sources that this POU calls."""
     clock: bool = False
-    """Whether this POU reads the time."""
+    """Whether this POU reads the time, or makes variables while it runs."""
     at: Position = _FIRST
     copied: set[str] = field(default_factory=set)
     """Upper-case names of VAR_INPUT that a function writes."""

@@ -21,6 +21,7 @@ __all__ = [
     "has_address",
     "has_block",
     "inside",
+    "integer_name",
     "members",
     "type_name",
 ]
@@ -45,13 +46,15 @@ class ElementaryType:
 class EnumType:
     """An enumeration of integers of the type `base`.
 
-    `values` has one entry per member. If it is empty, the members count from 0.
+    `values` has one entry per member. If it is empty, the members count from 0. `attributes` are
+    those of its declaration that matter here: `strict` and `to_string`.
     """
 
     name: str
     members: tuple[str, ...]
     values: tuple[int, ...] = ()
     base: str = "INT"
+    attributes: frozenset[str] = field(default=frozenset(), compare=False)
 
     def value_of(self, member: str) -> int:
         """Return the value of a member, or raise ValueError; names are compared without case."""
@@ -82,12 +85,14 @@ class ArrayType:
 class StructType:
     """A structure with its fields in order of declaration and names as declared.
 
-    `union` is true if all fields lie at the same place.
+    `union` is true if all fields lie at the same place. `bits` are the upper-case names of the
+    fields of the type BIT: they are BOOL, but up to eight in a row share a byte.
     """
 
     name: str
     fields: tuple[tuple[str, Type], ...]
     union: bool = False
+    bits: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -174,6 +179,11 @@ class Located:
 def type_name(kind: Type | None) -> str:
     """Return the name of an elementary type; empty for every other type."""
     return kind.name if isinstance(kind, ElementaryType) else ""
+
+
+def integer_name(kind: Type | None) -> str:
+    """Return the name of an elementary type, or of the base type of an enumeration."""
+    return kind.base if isinstance(kind, EnumType) else type_name(kind)
 
 
 def members(kind: Type) -> tuple[tuple[str, Type], ...]:

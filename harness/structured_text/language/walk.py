@@ -28,7 +28,17 @@ __all__ = [
 
 #: Types of fields that contain no code.
 _PLAIN = (
-    *("str", "bool", "int", "Position", "Path", "Scalar", "tuple[str, ...]", "tuple[Any, ...]"),
+    *(
+        "str",
+        "bool",
+        "int",
+        "Position",
+        "Path",
+        "Scalar",
+        "tuple[str, ...]",
+        "tuple[Any, ...]",
+        "Any",
+    ),
     *("tuple[InputError, ...]", "Type", "ReferenceType", "BlockType", "Symbol", "Pou"),
 )
 #: Names of declarations, callees and members. A `Variable` may be a name, too.
@@ -127,8 +137,9 @@ def root_of(variable: t.Expression) -> t.Symbol | None:
 def written(pou: t.Pou) -> set[str]:
     """Return names and addresses, in upper case, of the variables that a body may write."""
     found = set()
-    for one in statements(pou.body):
-        for variable in targets(one):
+    inside = [one.target for one in nodes(pou.body) if isinstance(one, t.Assigned)]
+    for variables in (inside, *map(targets, statements(pou.body))):
+        for variable in variables:
             symbol = root_of(variable)
             if symbol is not None:
                 found.add(symbol.name.upper())

@@ -26,7 +26,7 @@ from structured_text.language.scalars import (
     string_kind,
     string_length,
 )
-from structured_text.language.types import ElementaryType, Type
+from structured_text.language.types import ElementaryType, EnumType, Type, integer_name
 
 __all__ = [
     "BITS_OF",
@@ -35,6 +35,7 @@ __all__ = [
     "fitting_integer",
     "joined",
     "number_of",
+    "same_number",
     "widening",
     "widens",
 ]
@@ -58,6 +59,12 @@ def widens(have: Type, want: Type) -> bool:
     """Return whether a value converts implicitly to another elementary type."""
     both = isinstance(have, ElementaryType) and isinstance(want, ElementaryType)
     return both and bool(widening(have.name, want.name))
+
+
+def same_number(one: Type, other: Type) -> bool:
+    """Return whether an enumeration meets its base type, or another one with that base."""
+    either = isinstance(one, EnumType) or isinstance(other, EnumType)
+    return either and one != other and integer_name(one) == integer_name(other)
 
 
 def widening(source: str, target: str) -> str:

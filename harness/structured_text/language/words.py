@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context"]
+__all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context", "is_soft"]
 
 #: Words that can stand before the name of a method, property, block or interface.
 ACCESS_WORDS = frozenset(
@@ -17,24 +17,60 @@ ACCESS_WORDS = frozenset(
 ACCESSORS = ("GET", "SET", "END_GET", "END_SET")
 
 _TO = re.compile(r"\s+TO\b", re.IGNORECASE)
-_NAME = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
+_NAME = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 _MEMBER = re.compile(r"\s*[.^]|\s*[;,)]")
 _END = re.compile(r"(?!\s*[:,)])")
 #: Text that follows each word where it is a keyword.
 _FOLLOWS = {
     **dict.fromkeys(("POINTER", "REFERENCE"), _TO),
-    **dict.fromkeys(("METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "USING"), _NAME),
+    **dict.fromkeys(("METHOD", "PROPERTY", "INTERFACE", "CLASS", "NAMESPACE", "USING"), _NAME),
     **dict.fromkeys(("EXTENDS", "IMPLEMENTS"), _NAME),
     "REF_TO": _NAME,
     **dict.fromkeys(("THIS", "SUPER"), _MEMBER),
     **dict.fromkeys(("END_METHOD", "END_PROPERTY", "END_INTERFACE", "END_NAMESPACE"), _END),
+    "END_CLASS": _END,
 }
 OBJECT_WORDS = frozenset(_FOLLOWS)
-_HEADS = ("METHOD", "PROPERTY", "FUNCTION_BLOCK", "INTERFACE", "FUNCTION")
+_HEADS = ("METHOD", "PROPERTY", "FUNCTION_BLOCK", "INTERFACE", "FUNCTION", "CLASS")
+#: Words before the access word of a section of variables.
+_OF_SECTIONS = frozenset(
+    (
+        *("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_STAT", "VAR_TEMP", "VAR_GLOBAL"),
+        *("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"),
+    )
+)
+#: An access word before it is not a variable of that name: it is not declared or used here.
+_NOT_USED = re.compile(r"(?!\s*(?:[:.,\[;^=<>+*-]|\((?!\*)|/(?![/*])|AT\b))", re.IGNORECASE)
 #: A name behind an access word on the same line. Without it, `Final` in `METHOD Final` is a name.
 _NAME_FOLLOWS = re.compile(
-    r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_]\w*", re.IGNORECASE
+    r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_\x80-\uffff]\w*", re.IGNORECASE
 )
+
+#: Words behind VAR or another section word. Elsewhere they are names.
+_QUALIFIERS = ("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT")
+#: Text that may follow a name, but not these keywords.
+_AS_NAME = re.compile(r"\s*(?::|\.(?!\.)|,|\[|\((?!\*)|=>)")
+
+
+def is_soft(word: str, previous: str, text: str, behind: int) -> bool:
+    """Return whether a keyword is used as a name here.
+
+    `previous` is the kind of the token before it, and `behind` the offset behind the word.
+    """
+    if word in _QUALIFIERS:
+        behind_section = previous.startswith("VAR") or previous in (*_QUALIFIERS, "WORD")
+        return not behind_section or _AS_NAME.match(text, behind) is not None
+    begins = previous in ("", "SEMICOLON", "ERROR") or previous.startswith("END_")
+    if word in ("CONFIGURATION", "ACTION"):
+        return not begins or _AS_NAME.match(text, behind) is not None
+    if word == "UNION":
+        return previous != "COLON" or _AS_NAME.match(text, behind) is not None
+    if word == "CONTINUE":
+        begins = begins or previous in ("THEN", "ELSE", "DO", "REPEAT", "COLON", "OF")
+        return not begins or _AS_NAME.match(text, behind) is not None
+    if word in ("END_CONFIGURATION", "END_ACTION", "END_UNION"):
+        return _AS_NAME.match(text, behind) is not None
+    return False
 
 
 class Context:
@@ -51,7 +87,10 @@ class Context:
         """
         before, self._before = self._before, word
         if word in ACCESS_WORDS:
-            if before in _HEADS and _NAME_FOLLOWS.match(text, behind):
+            is_access = _NAME_FOLLOWS if before in _HEADS else _NOT_USED
+            opened = previous in ("GET", "SET") and self._in_accessor
+            placed = before in _HEADS or before in _OF_SECTIONS or opened
+            if placed and previous != "DOT" and is_access.match(text, behind):
                 self._before = before
                 return "WORD"
             return ""

@@ -16,6 +16,7 @@ from structured_text.language.source import Line
 __all__ = [
     "LANGUAGES",
     "Foreign",
+    "Library",
     "Lines",
     "Piece",
     "Project",
@@ -125,20 +126,53 @@ class Unit:
 
 
 @dataclass(frozen=True)
+class Library:
+    """A library that a project refers to.
+
+    Attributes:
+        name: Its title, without version and company.
+        namespace: The name that stands before its elements in this project.
+        at: The line of the reference in the project file.
+        noted: Whether a note says that it is not read. CODESYS refers to many system libraries.
+    """
+
+    name: str
+    namespace: str
+    file: Path
+    at: int
+    noted: bool = True
+
+
+@dataclass(frozen=True)
 class Project:
     """The contents of one or more project files.
 
     Attributes:
         units: The declarations in the order of the files.
         notes: One line for each unread part that a user could miss.
+        dialects: The dialect of each file whose format says one (`language.dialects`).
+        titles: The names by which other projects refer to it as a library.
+        namespaces: The names that other projects write before its elements.
+        libraries: The libraries that it refers to.
     """
 
     units: tuple[Unit, ...] = ()
     notes: tuple[str, ...] = ()
+    dialects: tuple[tuple[str, Path], ...] = ()
+    titles: tuple[str, ...] = ()
+    namespaces: tuple[str, ...] = ()
+    libraries: tuple[Library, ...] = ()
 
     def plus(self, other: Project) -> Project:
         """Return the contents of both."""
-        return Project((*self.units, *other.units), (*self.notes, *other.notes))
+        return Project(
+            (*self.units, *other.units),
+            (*self.notes, *other.notes),
+            (*self.dialects, *other.dialects),
+            (*self.titles, *other.titles),
+            (*self.namespaces, *other.namespaces),
+            (*self.libraries, *other.libraries),
+        )
 
 
 def made(at: int, *texts: str) -> Lines:

@@ -22,7 +22,7 @@ __all__ = ["declared_names", "needed"]
 
 #: Comments and string literals: names in them are not mentioned.
 _SAID = re.compile(r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'", re.DOTALL)
-_NAME = re.compile(r"[A-Z_]\w*")
+_NAME = re.compile(r"[^\W\d]\w*")
 _TYPES = re.compile(r"\bTYPE\b(.*?)(?:\bEND_TYPE\b|\Z)", re.DOTALL)
 _FIELDS = re.compile(r"\b(STRUCT|UNION)\b.*?(?:\bEND_\1\b|\Z)", re.DOTALL)
 _POUS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "INTERFACE")

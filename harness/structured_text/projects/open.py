@@ -9,20 +9,23 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from structured_text.errors import InputError
-from structured_text.language.source import Extract, Line, source_text
+from structured_text.language.source import ELSEWHERE, Extract, Line, Unread, source_text
+from structured_text.language.unread import refusal
 from structured_text.projects import rockwell, siemens, twincat
 from structured_text.projects.formats import OBJECTS, PLCPROJ, SCL, TASKS
+from structured_text.projects.joined import joined
 from structured_text.projects.model import (
     Foreign,
+    Library,
     Lines,
     Piece,
     Project,
     Unit,
     declared_kind,
-    made,
     without_comments,
 )
-from structured_text.projects.plcopen import read_plcopen
+from structured_text.projects.plcopen import read_plcopen, written_by
+from structured_text.projects.tasks import NAME, NEVER
 from structured_text.projects.xml import read_xml
 
 __all__ = ["Sources", "project_sources", "read_project"]
@@ -38,64 +41,102 @@ class Sources:
         paths: The sources in order: an `Extract` of each declaration, and replacing files.
         declared: The names of all POUs, types and lists of variables, in upper case.
         notes: One line for each part that is not read.
+        libraries: The libraries that the projects refer to, without those that are given.
+        dialects: The dialect of each file whose format says one.
     """
 
     paths: tuple[Path, ...] = ()
     declared: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    libraries: tuple[Library, ...] = ()
+    dialects: tuple[tuple[str, Path], ...] = ()
 
 
-def read_project(files: Sequence[Path]) -> Project:
-    """Read project files, or raise InputError."""
+def read_project(files: Sequence[Path], device: str = "") -> Project:
+    """Read project files, or raise InputError.
+
+    `device` chooses from the devices of a project in PLCopen XML.
+    """
     found = Project()
+    projects: list[Project] = []
     tasks = [file for file in files if file.suffix.lower() == TASKS]
     calls = siemens.called(file for file in files if file.suffix.lower() in SCL)
     for file in files:
         if file.suffix.lower() in SCL:
-            found = found.plus(siemens.read_scl(file, calls))
+            found = found.plus(siemens.read_scl(file, calls)).plus(_of("tia", file))
         elif file not in tasks:
-            found = found.plus(_read(file))
+            read = _read(file, device)
+            if read.titles:
+                projects.append(read)
+            else:
+                found = found.plus(read)
     found = found.plus(twincat.read_tasks(tasks))
-    return found.plus(siemens.started(found.units))
+    found = found.plus(siemens.started(found.units))
+    return joined([*projects, *([found] if found.units or not projects else [])])
 
 
-def _read(file: Path) -> Project:
+def _read(file: Path, device: str) -> Project:
     suffix = file.suffix.lower()
     if suffix in OBJECTS:
-        return twincat.read_object(file)
+        return twincat.read_object(file).plus(_of("twincat", file))
     if suffix == PLCPROJ:
-        return twincat.read_plcproj(file)
+        return twincat.read_plcproj(file).plus(_of("twincat", file))
     root = read_xml(file)
     if root.name == "project":
-        return read_plcopen(root, file)
+        return read_plcopen(root, file, device).plus(_of(written_by(root), file))
     if root.name == "RSLogix5000Content":
-        return rockwell.read_l5x(root, file)
+        return rockwell.read_l5x(root, file).plus(_of("logix", file))
     raise InputError(
         f"is neither a PLCopen XML project nor an L5X, its root is <{root.name}>", file=file
     )
 
 
-def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sources:
+def _of(dialect: str, file: Path) -> Project:
+    """Return the note that a file is of a dialect; empty for a format of several tools."""
+    return Project(dialects=((dialect, file),) if dialect else ())
+
+
+def project_sources(
+    files: Sequence[Path], replaced: Mapping[str, Path], device: str = ""
+) -> Sources:
     """Make sources from project files.
 
     A replacement is a body, or a whole declaration, by the POU's name (`Block.Method` for a part of
-    a POU).
+    a POU), or of the tasks (`Tasks`). `device`: see `read_project`.
 
     Raises:
-        InputError: As `read_project`. Also if a body in another language is needed and not
-            replaced, or if a replacement names an unknown POU.
+        InputError: As `read_project`. Also if a body has unsupported statements and is needed, or
+            if a replacement names an unknown POU. A body in another language that may be needed
+            becomes an empty one; see `language.unread`.
     """
-    project = read_project(files)
+    project = read_project(files, device)
     units, extra = _replaced(project.units, replaced)
     places = {unit.name.upper(): unit.file for unit in project.units}
     needed, notes = _foreign(units, places)
-    if needed:
-        raise _refusal(needed, places)
-    unread = {unit for unit in units if isinstance(unit.piece.body, Foreign)}
-    read = (unit for unit in units if unit not in unread)
-    paths = [Extract.make(unit.file, unit.piece.lines(), unit.name) for unit in read]
+    unsupported = [one for _, one, body in needed if body.why]
+    if unsupported:
+        raise refusal(unsupported)
+    declared = {unit for unit, _, _ in needed}
+    paths = [
+        _extract(
+            unit,
+            places[unit.name.upper()],
+            tuple(one for owner, one, _ in needed if owner is unit),
+        )
+        for unit in units
+        if unit in declared or not isinstance(unit.piece.body, Foreign)
+    ]
     names = frozenset(unit.name.upper() for unit in project.units)
-    return Sources((*paths, *extra), names, (*project.notes, *notes))
+    notes = [*project.notes, *notes]
+    if NAME.upper() in (name.upper() for name in replaced):
+        notes = [note for note in notes if NEVER not in note]
+    return Sources((*paths, *extra), names, tuple(notes), project.libraries, project.dialects)
+
+
+def _extract(unit: Unit, project: Path, unread: tuple[Unread, ...]) -> Extract:
+    """Return the source of a unit; lines that are not the user's replacement are the project's."""
+    whole = str(project) if unit.file != project else ""
+    return Extract.make(unit.file, unit.piece.lines(), unit.name, whole, unread)
 
 
 # --- bodies in other languages ----------------------------------------------------------------
@@ -103,10 +144,10 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
 
 def _foreign(
     units: Sequence[Unit], files: Mapping[str, Path]
-) -> tuple[list[tuple[Unit, str, Foreign]], list[str]]:
-    """Return the bodies in other languages that are needed, and a note for each of the others.
+) -> tuple[list[tuple[Unit, Unread, Foreign]], list[str]]:
+    """Return the bodies in other languages that may be needed, and a note for each body.
 
-    A body is needed if another part of the project mentions its name, or if it is a program and
+    A body may be needed if another part of the project mentions its name, or if it is a program and
     there is no configuration. `files` has the project file of each unit; a replaced unit is in the
     user's file.
     """
@@ -120,11 +161,13 @@ def _foreign(
         last = name.rpartition(".")[2].upper()
         own = name.upper() == unit.name.upper()
         mentioned = any(last in words[one] for one in units if one is not unit or not own)
+        file = files[unit.name.upper()]
+        text = f"{file}:{body.at}: the body of {name} {body.says}"
         if mentioned or (own and unit.kind == "PROGRAM" and not configured):
-            needed.append((unit, name, body))
+            needed.append((unit, Unread(name, body.says, body.language, file, body.at), body))
+            notes.append(text)
         else:
-            place = f"{files[unit.name.upper()]}:{body.at}"
-            notes.append(f"{place}: the body of {name} {body.says}; nothing mentions it")
+            notes.append(f"{text}; nothing mentions it")
     return needed, notes
 
 
@@ -140,17 +183,6 @@ def _words(lines: Lines) -> set[str]:
     return {word.upper() for word in _WORD.findall(text)}
 
 
-def _refusal(needed: Sequence[tuple[Unit, str, Foreign]], files: Mapping[str, Path]) -> InputError:
-    unit, name, body = needed[0]
-    others = ", ".join(f"{one} ({kind.language})" for _, one, kind in needed[1:])
-    return InputError(
-        f"the body of {name} {body.says}" + (f"; neither is {others}" if others else ""),
-        file=files[unit.name.upper()],
-        line=body.at,
-        hint=f"write it in Structured Text: --replace {name}=file.st",
-    )
-
-
 # --- replacements -----------------------------------------------------------------------------
 
 
@@ -159,6 +191,11 @@ def _replaced(units: Sequence[Unit], replaced: Mapping[str, Path]) -> tuple[list
     found, whole = list(units), []
     for name, file in replaced.items():
         number = next((k for k, unit in enumerate(found) if _has(unit.piece, name)), None)
+        if number is None and name.upper() == NAME.upper():
+            number = next((k for k, one in enumerate(found) if one.kind == "CONFIGURATION"), None)
+            if number is None:
+                whole.append(file)
+                continue
         if number is None:
             names = [one for unit in units for one in _names(unit.piece)]
             near = get_close_matches(name.upper(), [one.upper() for one in names], 1)
@@ -187,15 +224,22 @@ def _has(piece: Piece, name: str) -> bool:
 
 
 def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
-    """Return the piece with a body from another file; its other lines get the line number 1."""
+    """Return the piece with a body from another file; its other lines remain the project's."""
     own = piece.name.upper() == name.upper()
     body = tuple(Line(line, at) for at, line in enumerate(text, 1)) if own else piece.body
     if not isinstance(body, Foreign) and not own:
-        body = made(1, *(line.text for line in body))
+        body = _elsewhere(body)
     return Piece(
         piece.name,
-        made(1, *(line.text for line in piece.head)),
+        _elsewhere(piece.head),
         body,
-        made(1, *(line.text for line in piece.end)),
+        _elsewhere(piece.end),
         tuple(_with_body(part, name, text) for part in piece.parts),
+    )
+
+
+def _elsewhere(lines: Lines) -> Lines:
+    """Return lines of the project as lines of a source that is named after the replacing file."""
+    return tuple(
+        line if line.at > ELSEWHERE else replace(line, at=line.at + ELSEWHERE) for line in lines
     )

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from fractions import Fraction
+from dataclasses import replace
 from pathlib import Path
 
 from structured_text.errors import InputError
 from structured_text.language.source import Line
 from structured_text.projects.model import (
     Foreign,
+    Library,
     Lines,
     Piece,
     Project,
@@ -25,13 +26,9 @@ from structured_text.projects.model import (
     made,
     trimmed,
 )
-from structured_text.projects.numbers import (
-    interval_text,
-    interval_us,
-    milliseconds_us,
-    priority_of,
-)
-from structured_text.projects.tasks import ToolTask, configuration
+from structured_text.projects.plcopen_devices import choose_device
+from structured_text.projects.plcopen_tasks import read_tasks, written_interval
+from structured_text.projects.tasks import by_event, configuration
 from structured_text.projects.xml import Element
 
 __all__ = ["KINDS", "SECTIONS", "read_plcopen"]
@@ -55,26 +52,67 @@ _QUALIFIERS = {
     "persistent": " PERSISTENT",
 }
 _PLAIN = "InterfaceAsPlainText"
+#: Part of the names of additions in files of CODESYS.
+_CODESYS = "3s-software.com"
+#: Words in the header of a file, with the dialect of the tool; TwinCAT's come before CODESYS.
+_TOOLS = {
+    "twincat": "twincat",
+    "beckhoff": "twincat",
+    "codesys": "codesys",
+    "3s-smart": "codesys",
+    "beremiz": "openplc",
+    "openplc": "openplc",
+}
 _LANGUAGES = ("ST", "IL", "LD", "FBD", "SFC", "CFC")
 
 
-def read_plcopen(root: Element, file: Path) -> Project:
-    """Read the types, POUs, lists of variables and tasks of a project, or raise InputError."""
+def read_plcopen(root: Element, file: Path, device: str = "") -> Project:
+    """Read the types, POUs, lists of variables and tasks of a project, or raise InputError.
+
+    If there are several devices with programs, `device` is the name of the one to read.
+    """
+    choose_device(root, device, file)
     reader = _Reader(file)
     units: list[Unit] = []
     for element in root.below("dataType", "pou", "Interface", "configuration", "globalVars"):
         units += reader.units(element)
-    found = Project(tuple(units))
-    if not any(unit.kind == "CONFIGURATION" for unit in units):
-        found = found.plus(configuration(reader.tasks(root)))
+    found = Project(tuple(units), reader.notes)
+    if not any(unit.kind == "CONFIGURATION" for unit in units) and not reader.notes:
+        tasks = [task for task in read_tasks(root.below("task"), file) if task.programs]
+        found = found.plus(configuration(tasks))
     if not found.units:
         raise InputError("has no POU and no type", file=file)
+    return replace(found, libraries=tuple(_libraries(root, file)))
+
+
+def _libraries(root: Element, file: Path) -> Iterator[Library]:
+    """Yield the libraries that CODESYS adds to an application, without system libraries."""
+    for one in root.below("Libraries"):
+        for library in one.all("Library"):
+            title = library.get("DefaultResolution") or library.get("Name")
+            name = title.split(",")[0].strip().removeprefix("#")
+            space = library.get("Namespace") or name
+            if name and library.get("SystemLibrary").lower() != "true" and name != "Standard":
+                yield Library(name, space, file, library.at, noted=False)
+
+
+def written_by(root: Element) -> str:
+    """Return the dialect of the tool that has written a PLCopen XML file; empty if unknown."""
+    said = " ".join(
+        header.get(name)
+        for header in root.all("fileHeader")
+        for name in ("companyName", "productName")
+    ).lower()
+    found = next((name for word, name in _TOOLS.items() if word in said), "")
+    if not found and any(_CODESYS in one.get("name") for one in root.below("data")):
+        return "codesys"  # tools that are made from CODESYS have headers of their own
     return found
 
 
 class _Reader:
     def __init__(self, file: Path) -> None:
         self._file = file
+        self.notes: tuple[str, ...] = ()
 
     def _error(self, message: str, element: Element) -> InputError:
         return InputError(message, file=self._file, line=element.at)
@@ -178,10 +216,16 @@ class _Reader:
         qualifiers = "".join(
             word for name, word in _QUALIFIERS.items() if element.get(name) in ("true", "1")
         )
-        yield from made(element.at, f"{indent}{SECTIONS[element.name]}{qualifiers}")
-        for variable in element.all("variable"):
-            yield from self._variable(variable, f"{indent}  ")
-        yield from made(element.end, f"{indent}END_VAR")
+        by_place = [one for one in element.all("variable") if _is_by_place(one)]
+        others = [one for one in element.all("variable") if one not in by_place]
+        sections = [(SECTIONS[element.name], others)]
+        if by_place:
+            sections.append(("VAR_IN_OUT", by_place))
+        for word, variables in sections:
+            yield from made(element.at, f"{indent}{word}{qualifiers}")
+            for variable in variables:
+                yield from self._variable(variable, f"{indent}  ")
+            yield from made(element.end, f"{indent}END_VAR")
 
     def _variable(self, element: Element, indent: str) -> Lines:
         address = f" AT {element.get('address')}" if element.get("address") else ""
@@ -189,6 +233,7 @@ class _Reader:
         if given is None:
             raise self._error(f"the variable {self._name(element)} has no type", element)
         kind = _open_array(element) or self._type(_only(given, self._file))
+        kind += _start_arguments(element)
         text = f"{self._name(element)}{address} : {kind}{self._initial(element)};"
         return made(element.at, f"{indent}{text}{_note(element)}")
 
@@ -285,6 +330,7 @@ class _Reader:
         if not unnamed and not any(resource.all("task") for resource in resources):
             return
         name = self._name(element)
+        found, called = Project(), 0
         lines = [*_comment(element), *made(element.at, f"CONFIGURATION {name}")]
         for one in _unnamed(element):
             lines += self._section(one, "  ")
@@ -292,53 +338,56 @@ class _Reader:
             lines += made(resource.at, f"  RESOURCE {self._name(resource)} ON PLC")
             for one in _unnamed(resource):
                 lines += self._section(one, "    ")
-            for task in resource.all("task"):
-                settings = [f"INTERVAL := {_interval(task, self._file)}"]
-                if task.get("priority"):
-                    settings.append(f"PRIORITY := {task.get('priority')}")
-                text = f"TASK {self._name(task)}({', '.join(settings)});"
-                lines += made(task.at, f"    {text}{_note(task)}")
-            for task in resource.all("task"):
-                for one in task.all("pouInstance"):
-                    lines += self._instance(one, f" WITH {self._name(task)}")
+            tasks, events = by_event(read_tasks(resource.all("task"), self._file))
+            found = found.plus(events)
+            elements = {task.get("name"): task for task in resource.all("task")}
+            for task in tasks:
+                if task.name:
+                    settings = [f"INTERVAL := {written_interval(elements[task.name], task)}"]
+                    if task.priority is not None:
+                        settings.append(f"PRIORITY := {task.priority}")
+                    text = f"TASK {task.name}({', '.join(settings)});"
+                    lines += made(task.at, f"    {text}{_note(elements[task.name])}")
+            for task in tasks:
+                given = f" WITH {task.name}" if task.name else ""
+                ones = elements[task.name].all("pouInstance") if task.name else ()
+                lines += [line for one in ones for line in self._instance(one, given)]
+                programs = () if task.name else task.programs
+                lines += made(task.at, *(f"    PROGRAM {a} : {b};" for a, b in programs))
+                called += len(task.programs)
             for one in resource.all("pouInstance"):
                 lines += self._instance(one, "")
+                called += 1
             lines += made(resource.end, "  END_RESOURCE")
         lines += made(element.end, "END_CONFIGURATION")
-        yield self._unit("CONFIGURATION", element, tuple(lines))
+        yield from found.units
+        self.notes += found.notes
+        if called or unnamed or not found.notes:
+            yield self._unit("CONFIGURATION", element, tuple(lines))
 
     def _instance(self, element: Element, task: str) -> Lines:
         name = self._name(element)
         program = element.get("typeName") or element.get("type") or name
         return made(element.at, f"    PROGRAM {name}{task} : {program};{_note(element)}")
 
-    def tasks(self, root: Element) -> list[ToolTask]:
-        """Return the tasks outside of a configuration, as CODESYS writes them."""
-        found = []
-        for element in root.below("task"):
-            programs = [
-                (self._name(one), one.get("typeName") or self._name(one))
-                for one in element.all("pouInstance")
-            ]
-            if not programs:
-                continue
-            priority = element.get("priority")
-            found.append(
-                ToolTask(
-                    self._name(element),
-                    _microseconds(element, self._file),
-                    priority_of(priority, self._name(element), self._file, element.at),
-                    tuple(programs),
-                    self._file,
-                    element.at,
-                )
-            )
-        return found
-
 
 def _unnamed(element: Element) -> list[Element]:
     """Return the global variables of a configuration or resource, without named lists."""
     return [one for one in element.all("globalVars") if not one.get("name")]
+
+
+def _is_by_place(variable: Element) -> bool:
+    """Return whether CODESYS has written a VAR_IN_OUT of open length as an input."""
+    found = variable.all("addData", "data", "Attributes", "Attribute")
+    scope = "variable_length_array_original_scope"
+    return any(one.get("Name") == scope and one.get("Value") == "Inout" for one in found)
+
+
+def _start_arguments(variable: Element) -> str:
+    """Return the arguments for the start of a block, as CODESYS adds them to a variable."""
+    lists = variable.all("addData", "data", "InputAssignments")
+    values = [one.text() for found in lists[:1] for one in found.all("InputAssignment", "Value")]
+    return f"({', '.join(values)})" if values else ""
 
 
 def _open_array(variable: Element) -> str:
@@ -415,32 +464,3 @@ def _body(element: Element) -> Lines | Foreign:
                 return Foreign(re.sub(r".*/", "", one.name).upper(), one.at)
             lines += _text(one)
     return tuple(lines)
-
-
-_PERIOD = re.compile(r"P(?:T(?:(\d+)H)?(?:(\d+)M)?(?:(\d*\.?\d+)S)?)", re.IGNORECASE | re.ASCII)
-_TIME = re.compile(
-    r"(?:T|TIME)#(?:(\d+)h)?(?:(\d+)m(?!s))?(?:(\d+(?:\.\d+)?)s)?(?:(\d+(?:\.\d+)?)ms)?",
-    re.IGNORECASE | re.ASCII,
-)
-#: Largest number of characters in an interval.
-_LONGEST = 60
-
-
-def _microseconds(task: Element, file: Path) -> int:
-    """Return the interval of a task [µs]: `T#10ms`, `PT0.01S` or milliseconds."""
-    text, name = task.get("interval").strip(), task.get("name")
-    found = None
-    if len(text) <= _LONGEST:
-        found = _PERIOD.fullmatch(text) or _TIME.fullmatch(text)
-    if found is None:
-        return milliseconds_us(text, name, file, task.at)
-    hours, minutes, seconds, *rest = (Fraction(part or 0) for part in found.groups())
-    exact = (hours * 3600 + minutes * 60 + seconds) * 1_000_000 + sum(rest) * 1_000
-    return interval_us(exact, text, name, file, task.at)
-
-
-def _interval(task: Element, file: Path) -> str:
-    """Return the interval as in the file if it is a literal of the standard, else as a literal."""
-    microseconds = _microseconds(task, file)
-    text = task.get("interval").strip()
-    return text if "#" in text else interval_text(microseconds)

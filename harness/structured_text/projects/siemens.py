@@ -62,6 +62,8 @@ _TYPES = {
 #: Blocks that can be called on data of these types, as `Timer.TON(...)`.
 _GENERIC = {"IEC_TIMER": ("TON", "TOF", "TP"), "IEC_COUNTER": ("CTU", "CTD", "CTUD")}
 _CALLED = tuple(name for names in _GENERIC.values() for name in names)
+#: Kinds of tokens that are names.
+_NAMES = ("word", "local", "quoted")
 _PREFIXES = {"B": "BYTE", "W": "WORD", "DW": "DWORD", "LW": "LWORD", "L": "DINT"}
 
 
@@ -101,23 +103,36 @@ def read_scl(file: Path, calls: Mapping[str, str] | None = None) -> Project:
 
     `calls` are blocks that other files call on data blocks (see `called`).
     """
+    content = file_bytes(file, SOURCE)
     reader = _Reader(_text(file), file, calls)
-    return Project(tuple(reader.units()), tuple(reader.notes))
+    units = tuple(reader.units())
+    notes = [f"{file} is not UTF-8: it is read as Windows-1252"] if _is_narrow(content) else []
+    return Project(units, (*notes, *reader.notes))
 
 
 def _text(file: Path) -> str:
     return _TITLE.sub(r"\1", _decoded(file_bytes(file, SOURCE)))
 
 
+def _is_narrow(content: bytes) -> bool:
+    """Return whether a source is neither UTF-8 nor UTF-16 with a mark."""
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return False
+    try:
+        content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return True
+    return False
+
+
 def _decoded(content: bytes) -> str:
     """Decode a source: TIA Portal writes UTF-8, or UTF-16 with a mark; STEP 7 writes cp1252."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = content.decode("utf-16", errors="replace")
+    elif _is_narrow(content):
+        text = content.decode("cp1252", errors="replace")
     else:
-        try:
-            text = content.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = content.decode("cp1252", errors="replace")
+        text = content.decode("utf-8-sig")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -229,6 +244,7 @@ class _Reader:
             raise self._error(f"this {word} has no name", first)
         name = _named(self._at(start + 1))
         place = self._header(start + 2, end, word)
+        self._replace_constants(place, end)
         self._translate(place, end)
         self._at(start + 1).new = name
         if word == "TYPE":
@@ -242,6 +258,57 @@ class _Reader:
             first.new, last.new = kind, f"END_{kind}"
         lines = self._lines(self._code[start], self._code[end])
         return Unit(kind, Piece(name, lines), self._file)
+
+    def _replace_constants(self, place: int, end: int) -> None:
+        """Replace the names of `CONST Name := value; … END_CONST` by their values.
+
+        Such a constant has no type of its own: the place of its use gives it a type.
+        Raise InputError if a section has no end, or an entry no value.
+        """
+        values: dict[str, str] = {}
+        k = place
+        while k < end:
+            token = self._at(k)
+            if token.word == "CONST" and self._at(k + 1).text not in (":", ":=", ".", ","):
+                last = self._find("END_CONST", k, end)
+                if last == end:
+                    raise self._error("this CONST has no END_CONST", token)
+                self._read_constants(k + 1, last, values)
+                for one in range(k, last + 1):
+                    self._at(one).new = ""
+                k = last
+            else:
+                before, after = self._at(k - 1).text, self._at(k + 1).text
+                named = after == ":=" and before in ("(", ",")
+                value = values.get(_named(token).upper()) if token.kind in _NAMES else None
+                if value is not None and before != "." and not named:
+                    token.new = value
+            k += 1
+
+    def _read_constants(self, first: int, last: int, values: dict[str, str]) -> None:
+        """Add the values of the constants between two places, by upper-case name."""
+        entry: list[_Token] = []
+        for k in range(first, last):
+            token = self._at(k)
+            if token.text != ";":
+                entry.append(token)
+                continue
+            if len(entry) < 3 or entry[1].text != ":=" or entry[0].kind not in _NAMES:
+                hint = "write Name := value;"
+                raise self._error("a constant needs a name and a value", token, hint)
+            for one in entry[2:]:
+                known = values.get(_named(one).upper()) if one.kind in _NAMES else None
+                if known is not None:
+                    one.new = known
+                else:
+                    self._one(one, k, "", last)
+            text = " ".join(_now(one) for one in entry[2:])
+            # A label of CASE takes no parentheses, so a number with its sign gets none.
+            plain = len(entry) == 3 or (len(entry) == 4 and entry[2].text == "-")
+            values[_named(entry[0]).upper()] = text if plain else f"({text})"
+            entry = []
+        if entry:
+            raise self._error("a ';' is missing", entry[-1])
 
     def _header(self, place: int, end: int, word: str) -> int:
         """Blank the header between a name and the variables; return the place of the variables."""

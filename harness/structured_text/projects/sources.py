@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,10 +16,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from structured_text.errors import InputError
+from structured_text.language.dialects import chosen, dialect_of, rules_of
+from structured_text.language.source import in_dialect
 from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
 from structured_text.projects.formats import in_folder, is_project
+from structured_text.projects.model import Library
 from structured_text.projects.needed import declared_names, needed
 
 __all__ = [
@@ -27,6 +30,7 @@ __all__ = [
     "Files",
     "SourceFiles",
     "check_library",
+    "is_ax",
     "named_files",
     "not_declared",
     "source_files",
@@ -43,8 +47,13 @@ _FOREIGN = ("__pycache__", "site-packages")
 
 #: Listed folders: identity and times of each folder, and the files and folders in it.
 _NAMES: dict[str, tuple[tuple[int, ...], tuple[list[str], list[str]]]] = {}
+#: Endings of sources; all but the first are those of Automation Studio.
+_ENDINGS = (".st", ".var", ".typ", ".fun")
 #: Resolution of the coarsest file system clock, that of FAT [ns].
 _SETTLED_NS = 2_000_000_000
+
+#: The file at the root of a project of SIMATIC AX, and how far above a source it may be.
+_AX, _LEVELS = "apax.yml", 4
 
 #: A file, its time of change [ns] and its size [bytes].
 _Stamp = tuple[str, int, int]
@@ -60,6 +69,7 @@ class SourceFiles:
         folder: The folder of the library; None if there is none.
         notes: One line for each part of a project that is not read.
         declared: Names that projects declare, in upper case; not taken from the library.
+        missing: Libraries that projects refer to and that are not given.
     """
 
     own: tuple[Path, ...]
@@ -67,11 +77,17 @@ class SourceFiles:
     folder: Path | None
     notes: tuple[str, ...] = ()
     declared: frozenset[str] = frozenset()
+    missing: tuple[Library, ...] = ()
 
     @property
     def all(self) -> list[Path]:
         """Return all files, the user's first, so that their errors are reported first."""
         return [*self.own, *self.lib]
+
+    @property
+    def dialect(self) -> str:
+        """Return the dialect of the program (`language.dialects`)."""
+        return dialect_of(self.own)
 
     @property
     def users(self) -> tuple[list[Path], list[Path]]:
@@ -85,13 +101,17 @@ def source_files(
     program: Files,
     library: Path | None,
     replace: Mapping[str, str | Path] | None = None,
+    dialect: str | None = None,
+    device: str = "",
 ) -> SourceFiles:
     """Find the files of a program, and the library files that it needs.
 
     Raise InputError if a file or folder is missing, a folder has no sources, or a project cannot be
     read. A folder gives its `.st` files (see `st_files`), or else its TwinCAT project. The library
     is searched with its subfolders; names that a project declares are not taken from it. `replace`
-    has files with Structured Text for POUs of a project, by name.
+    has files with Structured Text for POUs of a project, by name. Without a `dialect`
+    (`language.dialects`) the format of a project says it. `device` is the device to read of a
+    project with several devices.
     """
     named = named_files(program)
     projects = [file for file in named if is_project(file)]
@@ -100,26 +120,63 @@ def source_files(
             "--replace is for projects of PLC tools, and none is given",
             hint="change the .st file itself",
         )
+    if device and not projects:
+        raise InputError("--device is for projects of PLC tools, and none is given")
     own = [file for file in named if file not in projects]
     declared: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    said: tuple[tuple[str, Path], ...] = ()
+    missing: tuple[Library, ...] = ()
     if projects:
         from structured_text.projects.open import project_sources
 
         instead = {name: Path(file) for name, file in (replace or {}).items()}
-        made = project_sources(projects, instead)
+        made = project_sources(projects, instead, device)
         own, declared, notes = [*own, *made.paths], made.declared, made.notes
+        said = made.dialects
+        missing = made.libraries
     if library is not None:
         check_library(library)
     taken = frozenset(real(file) for file in own)
     own = list(dict.fromkeys(own))
     if INSTEAD:
         own = [INSTEAD.get(real(file), file) for file in own]
+    if spoken := _dialect(dialect, said, own):
+        own = [in_dialect(file, spoken) for file in own]
     seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
     parts: tuple[Path, ...] = ()
     if library is not None:
         parts = _needed(tuple(own), seen, _Folder.of(library), taken, declared)
-    return SourceFiles(tuple(own), parts, library, notes, declared)
+    return SourceFiles(tuple(own), parts, library, notes, declared, missing)
+
+
+def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[Path]) -> str:
+    """Return the dialect of a program, or raise InputError.
+
+    The user's choice comes first, then the formats of the project's files, then the `apax.yml` of
+    SIMATIC AX. It is empty if none says a dialect.
+    """
+    if found := rules_of(given).name if given else chosen():
+        return found
+    tools: dict[str, Path] = {}
+    for name, file in said:
+        tools.setdefault(name, file)
+    if len(tools) > 1:
+        (name, file), (other, second), *_ = sorted(tools.items())
+        raise InputError(
+            f"the files are of two tools: {file} of {name}, {second} of {other}",
+            hint=f"say as which tool the program is computed: --dialect {name} or {other}",
+        )
+    if not tools and is_ax(own):
+        return "ax"
+    return next(iter(tools), "")
+
+
+def is_ax(files: Iterable[Path]) -> bool:
+    """Return whether a file is in a project of SIMATIC AX."""
+    folders = {real(file).parent for file in files}
+    places = {above for one in folders for above in (one, *one.parents[:_LEVELS])}
+    return any((place / _AX).is_file() for place in places)
 
 
 def check_library(folder: Path) -> None:
@@ -240,7 +297,7 @@ def _names(folder: str) -> tuple[list[str], list[str]]:
                 continue
             if entry.is_dir(follow_symlinks=False):
                 folders.append(entry.path)
-            elif name == RECORD or os.path.normcase(name).endswith(".st"):
+            elif name == RECORD or os.path.normcase(name).endswith(_ENDINGS):
                 files.append(entry.path)
     if max(times) < time.time_ns() - _SETTLED_NS:
         _NAMES[folder] = same, found

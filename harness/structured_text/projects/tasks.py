@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from structured_text.projects.model import Piece, Project, Unit, made
+from structured_text.projects.model import Lines, Piece, Project, Unit, made
 from structured_text.projects.numbers import interval_text
 
-__all__ = ["NAME", "ToolTask", "configuration"]
+__all__ = [
+    "EDGE",
+    "FREE",
+    "LEVEL",
+    "NAME",
+    "NEVER",
+    "UNKNOWN",
+    "ToolTask",
+    "by_event",
+    "configuration",
+]
 
 #: Name of the CONFIGURATION for a project that has tasks, but no configuration.
 NAME = "Tasks"
+
+
+#: What starts a task: a rising edge of a variable, a variable that is TRUE, the end of its last run
+#: (freewheeling), or an event outside of the program, which never occurs here.
+EDGE, LEVEL, FREE, UNKNOWN = "edge", "level", "free", "unknown"
+
+#: The part of a note on a task that an event starts which is not simulated.
+NEVER = "it never occurs here"
 
 
 @dataclass(frozen=True)
@@ -21,10 +39,12 @@ class ToolTask:
 
     Attributes:
         name: Its name in the tool; empty for programs that run in every scan.
-        interval_us: Its interval [µs].
+        interval_us: Its interval [µs]; 0 if something else starts it.
         priority: Its priority, the lowest number first; None if the file has none.
         programs: Names of instances and of their programs.
         at: Its line in that file.
+        start: EDGE, LEVEL, FREE or UNKNOWN; empty for an interval.
+        event: The variable, or the name of the event; empty if the file has none.
     """
 
     name: str
@@ -33,6 +53,63 @@ class ToolTask:
     programs: tuple[tuple[str, str], ...]
     file: Path
     at: int
+    start: str = ""
+    event: str = ""
+
+    @property
+    def unknown(self) -> str:
+        """Return a note if it is started by an event that never occurs here; else nothing."""
+        if self.start != UNKNOWN:
+            return ""
+        programs = ", ".join(name for name, _ in self.programs)
+        event = f"the event {self.event}" if self.event else "an event that the file does not name"
+        return (
+            f"{self.file}:{self.at}: {event} starts the task {self.name}; {NEVER}, "
+            f"so the task does not call {programs}; --replace {NAME}=file.st gives them another"
+        )
+
+
+def by_event(tasks: Sequence[ToolTask]) -> tuple[list[ToolTask], Project]:
+    """Replace tasks that a variable starts with a program that runs in every scan.
+
+    The program calls those of the task: at a rising edge of the variable (CODESYS: Event), or while
+    it is TRUE (Status). A freewheeling task runs in every scan, too.
+
+    Returns:
+        The tasks without those that an unknown event starts, and a program for each variable, with
+        the notes.
+    """
+    found: list[ToolTask] = []
+    units: list[Unit] = []
+    for task in tasks:
+        if task.start in (EDGE, LEVEL) and task.programs:
+            name = f"{task.name}_{task.start}"
+            units.append(Unit("PROGRAM", Piece(name, _caller(name, task)), task.file))
+            task = replace(task, name="", programs=((name, name),))
+        elif task.start == FREE:
+            task = replace(task, name="")
+        if task.start != UNKNOWN:
+            found.append(task)
+    notes = tuple(task.unknown for task in tasks if task.programs and task.unknown)
+    return found, Project(tuple(units), notes)
+
+
+def _caller(name: str, task: ToolTask) -> Lines:
+    """Return a program that calls the programs of a task when its variable says so."""
+    calls = [f"    {program}();" for _, program in task.programs]
+    if task.start == LEVEL:
+        texts = [f"  IF {task.event} THEN", *calls, "  END_IF;"]
+    else:
+        texts = [
+            "  VAR",
+            "    Before : BOOL;",
+            "  END_VAR",
+            f"  IF {task.event} AND NOT Before THEN",
+            *calls,
+            "  END_IF;",
+            f"  Before := {task.event};",
+        ]
+    return made(task.at, f"PROGRAM {name}", *texts, "END_PROGRAM")
 
 
 def configuration(tasks: Sequence[ToolTask]) -> Project:
@@ -40,6 +117,7 @@ def configuration(tasks: Sequence[ToolTask]) -> Project:
 
     Tasks without programs get a note.
     """
+    tasks, events = by_event(tasks)
     notes = tuple(
         f"{task.file}:{task.at}: the task {task.name} calls no program"
         for task in tasks
@@ -47,7 +125,7 @@ def configuration(tasks: Sequence[ToolTask]) -> Project:
     )
     tasks = [task for task in tasks if task.programs]
     if not tasks:
-        return Project(notes=notes)
+        return events.plus(Project(notes=notes))
     first = tasks[0]
     lines = [*made(first.at, f"CONFIGURATION {NAME}", "  RESOURCE Plc ON PLC")]
     for task in tasks:
@@ -66,4 +144,4 @@ def configuration(tasks: Sequence[ToolTask]) -> Project:
         ]
     lines += made(first.at, "  END_RESOURCE", "END_CONFIGURATION")
     unit = Unit("CONFIGURATION", Piece(NAME, tuple(lines)), first.file)
-    return Project((unit,), notes)
+    return events.plus(Project((unit,), notes))

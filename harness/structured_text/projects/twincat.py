@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
 
@@ -10,6 +11,7 @@ from structured_text.errors import InputError
 from structured_text.projects.formats import OBJECTS, TASKS
 from structured_text.projects.model import (
     Foreign,
+    Library,
     Lines,
     Piece,
     Project,
@@ -141,18 +143,33 @@ def read_plcproj(file: Path) -> Project:
             tasks.append(place)
         else:
             found = found.plus(read_object(place))
-    found = found.plus(read_tasks(tasks)).plus(Project(notes=tuple(_libraries(root, file))))
+    found = found.plus(read_tasks(tasks))
     if not found.units:
         raise InputError("names no POU, type or list of variables", file=file)
-    return found
+    return replace(
+        found,
+        titles=_settings(root, "Title", "Name", "Placeholder") or (file.stem,),
+        namespaces=_settings(root, "DefaultNamespace") or _settings(root, "Title", "Name"),
+        libraries=tuple(_libraries(root, file)),
+    )
 
 
-def _libraries(root: Element, file: Path) -> Iterator[str]:
+def _settings(root: Element, *names: str) -> tuple[str, ...]:
+    """Return the texts of settings of the project, without empty ones."""
+    texts = (one.text() for name in names for one in root.all("PropertyGroup", name))
+    return tuple(dict.fromkeys(text for text in texts if text))
+
+
+def _libraries(root: Element, file: Path) -> Iterator[Library]:
+    """Yield the references to libraries, except those with blocks of the standard."""
     for kind in ("PlaceholderReference", "LibraryReference"):
         for one in root.all("ItemGroup", kind):
-            name = one.get("Include").split(",")[0]
+            name = one.get("Include").split(",")[0].strip().removeprefix("#")
+            resolved = [part.text().split(",")[0].strip() for part in one.all("DefaultResolution")]
+            spaces = [part.text() for part in one.all("Namespace")]
             if name.upper() not in _KNOWN:
-                yield f"{file}:{one.at}: the library {name} is not read"
+                title = next(filter(None, resolved), name)
+                yield Library(title, next(filter(None, spaces), title), file, one.at)
 
 
 def _below(folder: Path, named: PureWindowsPath) -> Path | None:

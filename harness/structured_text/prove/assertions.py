@@ -71,7 +71,8 @@ def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
         lines = getattr(file, "lines", None)
         if lines is not None:  # Extracted from a project file: use the line numbers of that file.
             changed = zip(lines, text.splitlines(), strict=True)
-            copy = Extract.make(copy, tuple(replace(old, text=new) for old, new in changed))
+            texts = tuple(replace(old, text=new) for old, new in changed)
+            copy = Extract.make(copy, texts, unread=getattr(file, "unread", ()))
         copies.append(copy)
         found += [Assertion(str(copy), origin(file, line, 1)[0], said) for line, said in assertions]
     originals = {str(copy): str(file) for copy, file in zip(copies, files, strict=True)}

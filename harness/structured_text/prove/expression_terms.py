@@ -15,6 +15,7 @@ from structured_text.engines.builtin.runtime import NAMES, ProgramError
 from structured_text.engines.builtin.standard import settle, standard_call
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.language import tree as t
+from structured_text.language.dialects import rules_of
 from structured_text.language.project import Project
 from structured_text.language.scalars import (
     ANY_CHARS,
@@ -81,6 +82,7 @@ class ExpressionTerms:
 
     def __init__(self, machine: _Machine) -> None:
         self._machine = machine
+        self._rules = rules_of(machine.project.dialect)
 
     # --- variables ---
 
@@ -223,10 +225,12 @@ class ExpressionTerms:
             )
             return values.compare(op, left, right, node.left.type)
         if name == "BOOL":
-            # As in both engines, the right operand is not evaluated if the left one decides the
-            # result.
+            # As in the engines, the right operand is not evaluated if the left one decides the
+            # result, except in dialects that evaluate both.
             left = self.exact(node.left)
             looked_at = {"AND": left, "OR": negated(left), "XOR": True}[op]
+            if self._rules.operands == "both":
+                looked_at = True
             with self._machine.under(looked_at):
                 right = self.exact(node.right)
             return _logic(op, left, right)
@@ -240,7 +244,7 @@ class ExpressionTerms:
         return self._combined(op, left, right, node)
 
     def _real(self, op: str, left: reals.Real, right: reals.Real, name: str) -> reals.Real:
-        if op == "/":
+        if op == "/" and self._rules.real_by_zero == "stop":
             zero = reals.compare("=", right, reals.constant(0.0, "LREAL"))
             self._machine.oblige("division", zero)
         return reals.arithmetic(op, left, right, name)
@@ -316,6 +320,8 @@ class ExpressionTerms:
         if name == "TRUNC":
             return self._cut(arguments[0], values.bits(kind), kind)
         if name == "SQRT":
+            if self._rules.root != "stop":
+                raise UnsupportedError(f"SQRT in the dialect {self._rules.name}")
             below = reals.compare("<", arguments[0], reals.constant(0.0, "LREAL"))
             self._machine.oblige("argument", below)
             return reals.root(arguments[0], type_name(kind))
@@ -338,7 +344,7 @@ class ExpressionTerms:
         elif "_TO_" in node.name:
             number = arguments[0]
             if type_name(source) in MOMENTS:
-                number = values.combine("/", number, _unit(type_name(source)), _TIME)
+                number = values.combine("/", number, self._rules.unit_ns(type_name(source)), _TIME)
             self._machine.computes(node, lambda _: overflow.conversion(number, source, kind))
 
     def _as_the_engine(self, node: t.Standard, arguments: list[Value]) -> Value:
@@ -347,7 +353,7 @@ class ExpressionTerms:
         If that code raises an error, record an obligation that is always broken here.
         """
         plain = [_plain(argument) for argument in arguments]
-        code = settle(standard_call(node, [_code(item) for item in plain]), node.type)
+        code = settle(standard_call(node, [_code(item) for item in plain], self._rules), node.type)
         try:
             return values.constant(node.type, eval(code, dict(NAMES)))
         except (ArithmeticError, ValueError, ProgramError):
@@ -515,7 +521,7 @@ class ExpressionTerms:
         Numbers count seconds; numbers of the L types count nanoseconds. Raise UnsupportedError if a
         date and time is converted to its date or its time of day.
         """
-        unit = _unit(target)
+        unit = self._rules.unit_ns(target)
         if source in MOMENTS:
             same = source.removeprefix("L") == target.removeprefix("L")
             if same or target in ("DT", "LDT", *ANY_DURATION):
@@ -533,7 +539,7 @@ class ExpressionTerms:
         return self._combined("*", wide, unit, node)
 
     def _from_moment(self, value: Value, source: str, node: t.Standard) -> Value:
-        to, unit = node.type, _unit(source)
+        to, unit = node.type, self._rules.unit_ns(source)
         if type_name(to) not in ANY_REAL:
             whole = values.combine("/", value, unit, _TIME)
             self._machine.computes(node, lambda _: overflow.conversion(whole, _TIME, to))
@@ -553,11 +559,6 @@ _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
 
 #: Functions that this module folds itself, also with known arguments, without the engine's code.
 _OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")
-
-
-def _unit(moment: str) -> int:
-    """Return the number of nanoseconds in the unit in which a moment is a number."""
-    return 1 if moment.startswith("L") else 1_000_000_000
 
 
 def _refusal(name: str) -> str:

@@ -21,9 +21,9 @@ from structured_text.engines.builtin.storage import address_slot, is_scalar
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.project import Project
-from structured_text.language.scalars import ELEMENTARY
+from structured_text.language.scalars import ELEMENTARY, INT_RANGE
 from structured_text.language.standard import BLOCKS
-from structured_text.language.types import ArrayType, Type
+from structured_text.language.types import ArrayType, Type, type_name
 from structured_text.prove import standard, values
 from structured_text.prove.expression_terms import ExpressionTerms
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated
@@ -496,9 +496,15 @@ class _Ends:
         node = self._node
         if isinstance(node, t.Repeat):
             return negated(self._machine.expressions.exact(node.condition))
-        if isinstance(node, t.For):
-            self._machine.assign(t.Assign(node.counter, self._step, node.at))
-        return True
+        if not isinstance(node, t.For):
+            return True
+        down = -int(node.step.value) if isinstance(node.step, t.Constant) else 0
+        kind, more = node.counter.type, True
+        if down > 0 and INT_RANGE[type_name(kind)][0] == 0:  # below 0 the loop ends
+            counter = self._machine.expressions.exact(node.counter)
+            more = values.compare(">=", counter, down, kind)
+        self._machine.assign(t.Assign(node.counter, self._step, node.at))
+        return more
 
 
 @dataclass

@@ -6,6 +6,9 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, Protocol
 
+from structured_text.engines.builtin.blocks import counter_limits
+from structured_text.language.dialects import rules_of
+from structured_text.language.project import Project
 from structured_text.language.scalars import ELEMENTARY
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import Type
@@ -41,6 +44,7 @@ class _Machine(Protocol):
     """The memory and time of a `machine.Machine`."""
 
     now: Value
+    project: Project
 
     def __getitem__(self, path: tuple[Any, ...]) -> Value: ...
 
@@ -54,6 +58,8 @@ class _Instance:
         self._machine = machine
         self._path = path
         self._types: dict[str, Type] = {slot: ELEMENTARY[kind] for slot, kind in memory(name)}
+        self.name = name
+        self.rules = rules_of(machine.project.dialect)
 
     @property
     def now(self) -> Value:
@@ -161,15 +167,27 @@ def _above(s: Any) -> Bool:
     return values.compare(">", s["CV"], 0, s.kind("CV"))
 
 
+def _more(s: Any) -> Bool:
+    """Return whether a counter may still count up."""
+    most, _ = counter_limits(s.name, s.rules)
+    return _below(s) if most is None else values.compare("<", s["CV"], most, s.kind("CV"))
+
+
+def _less(s: Any) -> Bool:
+    """Return whether a counter may still count down."""
+    _, least = counter_limits(s.name, s.rules)
+    return values.compare(">", s["CV"], least, s.kind("CV"))
+
+
 def _ctu(s: Any) -> None:
-    edge = both(s["CU"], negated(s["up"]), negated(s["R"]), _below(s))
+    edge = both(s["CU"], negated(s["up"]), negated(s["R"]), _more(s))
     _step(s, edge, 1)
     s.set(s["R"], CV=0)
     s.set(True, up=s["CU"], Q=negated(_below(s)))
 
 
 def _ctd(s: Any) -> None:
-    edge = both(s["CD"], negated(s["down"]), negated(s["LD"]), _above(s))
+    edge = both(s["CD"], negated(s["down"]), negated(s["LD"]), _less(s))
     _step(s, edge, -1)
     s.set(s["LD"], CV=s["PV"])
     s.set(True, down=s["CD"], Q=negated(_above(s)))
@@ -178,8 +196,8 @@ def _ctd(s: Any) -> None:
 def _ctud(s: Any) -> None:
     up, down = both(s["CU"], negated(s["up"])), both(s["CD"], negated(s["down"]))
     counts = negated(either(s["R"], s["LD"]))
-    more = both(counts, up, negated(down), _below(s))
-    less = both(counts, down, negated(up), _above(s))
+    more = both(counts, up, negated(down), _more(s))
+    less = both(counts, down, negated(up), _less(s))
     _step(s, more, 1)
     _step(s, less, -1)
     s.set(both(s["LD"], negated(s["R"])), CV=s["PV"])

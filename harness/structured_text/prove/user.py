@@ -21,6 +21,7 @@ from structured_text.errors import InputError
 from structured_text.language.constructs import TRANSLATED, refuse
 from structured_text.language.load import load, too_deep
 from structured_text.language.project import Project
+from structured_text.language.source import in_dialect
 from structured_text.projects.sources import SourceFiles
 from structured_text.prove.assertions import Copies, with_assertions
 from structured_text.prove.invariants import Candidate, candidates, kept
@@ -164,7 +165,7 @@ def prove(sources: SourceFiles, settings: Settings, bench: Bench) -> tuple[list[
     with TemporaryDirectory() as folder:
         copies = with_assertions(own, Path(folder))
         try:
-            project = load([*copies.files, *library])
+            project = load([in_dialect(file, sources.dialect) for file in copies.files] + library)
             refuse(project.uses, bench.name, TRANSLATED)
         except InputError as error:
             raise _told_of_original(bench.blame(error), copies) from None

@@ -280,3 +280,26 @@ def test_codesys_arrays_of_open_length(tmp_path: Path) -> None:
     (source,) = project_sources([file], {}).paths
     assert "Row : ARRAY[*] OF INT;" in source_text(source)
     assert check([source]) == []
+
+
+def test_codesys_writes_a_variable_of_open_length_as_an_input(tmp_path: Path) -> None:
+    """Its own data say that it is a VAR_IN_OUT, which the body may write."""
+    scope = '<Attribute Name="variable_length_array_original_scope" Value="Inout" />'
+    file = tmp_path / "open.xml"
+    file.write_text(
+        '<project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>'
+        '<pou name="First" pouType="function"><interface><returnType><DINT /></returnType>'
+        '<inputVars><variable name="N"><type><INT /></type></variable>'
+        '<variable name="Row"><type><pointer><baseType><INT /></baseType></pointer>'
+        '</type><addData><data name="http://www.3s-software.com/plcopenxml/attributes"'
+        f' handleUnknown="implementation"><Attributes>{scope}<Attribute'
+        ' Name="variable_length_array" Value="ARRAY[*] OF INT" /></Attributes></data></addData>'
+        "</variable></inputVars></interface><body><ST>"
+        '<xhtml xmlns="http://www.w3.org/1999/xhtml">Row[1] := N; First := 0;</xhtml></ST></body>'
+        "</pou></pous></types></project>",
+        encoding="utf-8",
+    )
+    (source,) = project_sources([file], {}).paths
+    words = source_text(source).split()
+    assert words.index("N") < words.index("VAR_IN_OUT") < words.index("Row")
+    assert check([source]) == []

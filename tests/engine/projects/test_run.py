@@ -56,12 +56,18 @@ def test_a_program_of_beremiz_runs_at_its_tasks_interval() -> None:
 def test_a_body_in_another_language_is_named(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The error appears only if the body is needed."""
-    assert main(["check", str(ladder)]) == 2
-    assert capsys.readouterr().err == (
-        f"rcx: {ladder}:13: the body of Lamp is in Ladder Diagram (LD) and is not read; "
-        "write it in Structured Text: --replace Lamp=file.st\n"
-    )
+    """The rest is checked; a program that calls the block does not run.
+
+    Source: docs/how-to/projects.md.
+    """
+    said = f"{ladder}:13: the body of Lamp is in Ladder Diagram (LD) and is not read"
+    assert main(["check", str(ladder)]) == 0
+    assert f"note: {said}\n" in capsys.readouterr().out
+    assert main(["run", str(ladder), "--no-robot", "--for", "100ms", "--engine", "builtin"]) == 2
+    refused = f"rcx: {said}; write it in Structured Text: --replace Lamp=file.st\n"
+    assert capsys.readouterr().err.removeprefix("compiling ...\n") == refused
+    assert main(["export", "st", "--program", str(ladder), "-o", str(ladder.parent / "out")]) == 2
+    assert capsys.readouterr().err.startswith(f"rcx: {said}")
 
 
 @pytest.mark.parametrize(
@@ -164,3 +170,27 @@ def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:
         cell.run("200ms")
         assert cell["Main.S.Connected"] is True
         assert cell.connected
+
+
+def test_check_writes_interfaces_of_what_is_missing_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file that exists is never replaced; the sources that it belongs to are checked with it.
+
+    Source: rcx check --help, --stubs.
+    """
+    text = _LADDER % "n + 1"
+    file, stubs = tmp_path / "cell.xml", tmp_path / "stubs"
+    file.write_text(text.replace('<derived name="Lamp"/>', '<derived name="FB_Gate"/>'), "utf-8")
+    assert main(["check", str(file)]) == 2
+    assert "there is no type FB_Gate" in capsys.readouterr().err
+    assert main(["check", str(file), "--stubs", str(stubs)]) == 0
+    assert f"written: 1 interface in {stubs}" in capsys.readouterr().out
+    written = (stubs / "FB_Gate.st").read_text("utf-8")
+    assert "  Lit : BOOL;\n" in written
+    assert main(["check", str(file), str(stubs)]) == 0
+    (stubs / "FB_Gate.st").write_text(f"{written}(* mine *)\n", "utf-8")
+    capsys.readouterr()
+    assert main(["check", str(file), "--stubs", str(stubs)]) == 2
+    assert "FB_Gate.st: is there already; nothing was written" in capsys.readouterr().err
+    assert (stubs / "FB_Gate.st").read_text("utf-8").endswith("(* mine *)\n")

@@ -150,6 +150,20 @@ CASES: dict[str, Case] = {
     "LET": Case("LET A%=3\nSGI0=A%", {"SGI0": 3}),
     "REM": Case("SGI0=1 ' SGI0=2\nREM SGI0=3", {"SGI0": 1}),
 }
+#: Further forms of a statement.
+FORMS: dict[str, Case] = {
+    "EXIT TASK": Case("SGI0=1\nEXIT TASK\nSGI0=2", {"SGI0": 1, "states": ["ended", "ready"]}),
+    # Without a handler the error stops the program, and its alarm is in the history.
+    "ON ERROR GOTO 0": Case(
+        "ON ERROR GOTO *E\nON ERROR GOTO 0\nSGI0=1\nSGI0=1/0\nEND\n*E: SGI0=3",
+        {"SGI0": 1, "states": ["stopped", "ready"]},
+    ),
+    "ON GOSUB": Case("ON 2 GOSUB *A,*B\nSGI0=SGI0*10+5\nEND\n*A: RETURN\n*B: SGI0=2\nRETURN",
+                     {"SGI0": 25}),
+    "RESUME": Case("ON ERROR GOTO *E\nSGI0=6/A%\nEND\n*E: A%=2\nRESUME", {"SGI0": 3}),
+    "RESUME *L": Case("ON ERROR GOTO *E\nSGI0=1/0\n*L: SGI0=SGI0+4\nEND\n*E: SGI0=1\nRESUME *L",
+                      {"SGI0": 5}),
+}  # fmt: skip
 EXECUTED = [word.name for word in words().values() if not word.instead]
 
 
@@ -163,6 +177,15 @@ def test_the_program_of_each_statement_shows_its_effect(word: str) -> None:
     text, expected, ms = CASES[word]
     side = RobotProgram("SIDE", text="SGI0=SGI0+1\nWAIT MO(20)=1")
     master = started(text, side, axes=XY)
+    master.run(ms)
+    assert {name: SEEN[name](master) for name in expected} == expected
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_program_of_each_form_shows_its_effect(form: str) -> None:
+    """Rule: robot-language. Source: remote command guide 4.7.5 for the states of tasks."""
+    text, expected, ms = FORMS[form]
+    master = started(text, RobotProgram("SIDE", text="SGI0=9"), axes=XY)
     master.run(ms)
     assert {name: SEEN[name](master) for name in expected} == expected
 

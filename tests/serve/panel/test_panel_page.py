@@ -111,11 +111,13 @@ def test_a_page_that_is_left_releases_its_key(panel: _Panel) -> None:
     ActionChains(panel.browser).release().perform()
 
 
+@pytest.mark.exhaustive
 def test_it_says_which_version_of_the_library_runs(panel: _Panel) -> None:
     """The version is that of the package, in readable form. Source: FC_LibraryVersion."""
     panel.until(lambda: panel.shows("#version") == version(), "that of FB_Operator")
 
 
+@pytest.mark.exhaustive
 def test_selections_are_chosen_and_the_message_is_shown_in_its_language(panel: _Panel) -> None:
     """Source: spec/errors.toml, 16#8002: SO(01) is OFF, because no controller is simulated."""
     panel.until(lambda: panel.shows("#message b") == "Controller not ready", "the hint")
@@ -174,6 +176,7 @@ def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(pan
     assert sent == [("Point", 123), "Teach"]
 
 
+@pytest.mark.exhaustive
 def test_a_field_without_a_number_sends_nothing_and_shows_the_old_one(panel: _Panel) -> None:
     """Teach, pressed next, is not sent either: an empty field means that another point is wanted.
 
@@ -193,6 +196,7 @@ def test_a_field_without_a_number_sends_nothing_and_shows_the_old_one(panel: _Pa
     assert sent == [("Point", 12), "Stop"]
 
 
+@pytest.mark.exhaustive
 def test_a_key_is_not_pressed_with_a_number_that_was_refused(panel: _Panel) -> None:
     """Source: RCX_PANEL, Point is 0 to 29999."""
     sent = _sent(panel)

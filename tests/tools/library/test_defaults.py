@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from fault_cell import heads
 from plc_bench import LIBRARY
 from structured_text.engines import build
 from structured_text.engines.base import Value
 from structured_text.language import syntax as s
-from structured_text.language.parser import parse
 from structured_text.language.types import BlockType
 from structured_text.projects.needed import needed
 
@@ -82,20 +82,19 @@ _NOTHING = {"BOOL": False, "WORD": 0, "INT": 0, "DINT": 0, "REAL": 0.0, "STRING"
 def _blocks() -> dict[str, dict[str, str]]:
     """Return the in-out pins, with types, of each block that has the robot or an image."""
     found = {}
-    for file in LIBRARY:
-        written = "Generated from" not in file.read_text(encoding="utf-8").partition("*)")[0]
-        for pou in parse(file).declarations:
-            if isinstance(pou, s.Pou) and pou.kind == "FUNCTION_BLOCK" and written:
-                pins = {
-                    name.text: declaration.spec.name.text
-                    for section in pou.sections
-                    if section.kind == "VAR_IN_OUT"
-                    for declaration in section.variables
-                    if isinstance(declaration.spec, s.NamedSpec)
-                    for name in declaration.names
-                }
-                if {"RCX_REF", "RCX_IMAGE", "RCX_IMAGE_WORDS"} & set(pins.values()):
-                    found[pou.name.text] = pins
+    for file, pou in heads():
+        if "Generated from" in file.read_text(encoding="utf-8").partition("*)")[0]:
+            continue
+        pins = {
+            name.text: declaration.spec.name.text
+            for section in pou.sections
+            if section.kind == "VAR_IN_OUT"
+            for declaration in section.variables
+            if isinstance(declaration.spec, s.NamedSpec)
+            for name in declaration.names
+        }
+        if {"RCX_REF", "RCX_IMAGE", "RCX_IMAGE_WORDS"} & set(pins.values()):
+            found[pou.name.text] = pins
     return found
 
 

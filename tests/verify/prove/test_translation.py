@@ -12,6 +12,7 @@ import pytest
 
 from rcx_tools.evidence.prove.agreement.bench import Subject
 from rcx_tools.evidence.prove.agreement.comparing import agree
+from structured_text.language.dialects import using
 
 _NUMBERS = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT"]
 _BITS = ["BYTE", "WORD", "DWORD", "LWORD"]
@@ -412,3 +413,35 @@ def test_wide_characters_are_refused_by_name(tmp_path: Path, name: str) -> None:
     variables = f"VAR_INPUT A, B : {name}; END_VAR VAR Q : BOOL; END_VAR"
     with pytest.raises(Exception, match=name):
         _agrees(tmp_path, _block(variables, "Q := A = B;"))
+
+
+def test_statements_of_single_tools(tmp_path: Path) -> None:
+    """EN and ENO, RETURN(condition), and counting down without a sign."""
+    variables = """VAR_INPUT A : INT; U : USINT; E : BOOL; END_VAR
+    VAR_OUTPUT N, M, Größe : INT; Ok : BOOL; F : BIT; END_VAR VAR I, J : USINT; END_VAR"""
+    body = """N := 10#0; M := 0; F := E;
+    FOR I := 5 TO 1 BY -2 DO N := N * 10 + 1; END_FOR;
+    FOR J := U AND 3 TO 0 BY -1 DO M := M + 1; END_FOR;
+    Größe := 7; Größe := ADD(EN := A > 0, IN1 := A, IN2 := 2, ENO => Ok);
+    RETURN(E); N := 0;"""
+    _agrees(tmp_path, _block(variables, body))
+
+
+@pytest.mark.parametrize("dialect", ["codesys", "tia"])
+def test_a_dialect_is_translated_as_on_the_engine(tmp_path: Path, dialect: str) -> None:
+    """TIME as a number, counters, both operands of AND, short integers, a REAL divided by 0."""
+    variables = """
+      VAR_INPUT A, B : INT; T : TIME; N : UINT; X, Y : REAL; P, Q, R, L : BOOL; W : BYTE; END_VAR
+      VAR Up : CTU; Down : CTD; Both : CTUD; D : DINT; M : TIME; F, G : REAL; H : BOOL; END_VAR
+    """
+    body = """
+      D := TIME_TO_DINT(T); M := UINT_TO_TIME(N); F := INT_TO_REAL(A);
+      IF T < T#1h AND T > T#0s THEN G := TIME_TO_REAL(T); END_IF;
+      Up(CU := P, R := R, PV := A); Down(CD := Q, LD := L, PV := B);
+      Both(CU := P, CD := Q, R := R, LD := L, PV := A);
+      H := (B <> 0) AND (A / B > 1);
+      D := A * B; F := (A + B) / 2; H := A + B > 30000; D := -A; N := W + W;
+      IF X > 1.0 THEN G := X / Y; END_IF;
+    """
+    with using(dialect):
+        _agrees(tmp_path, _block(variables, body), 150)

@@ -153,6 +153,7 @@ class PowerAndLink:
     power_loses_origin: bool = True
     power_loses_settings: bool = False
     power_clears_internal_outputs: bool = True
+    power_clears_variables: bool = False  # SGI0 to SGI31, SGR0 to SGR31
 
 
 @dataclass(frozen=True)

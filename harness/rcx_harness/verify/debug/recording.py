@@ -76,12 +76,13 @@ def write_recording(
     named = [given] if isinstance(given, (str, Path)) else given
     replace = settings.get("replace") or {}
     lib = settings.get("lib")
-    sources = source_files(list(named), lib, replace)
+    sources = source_files(list(named), lib, replace, settings.get("dialect"))
     head = {
         "format": FORMAT,
         "test": test,
         "failed": failed,
         "engine": recorded.engine,
+        "dialect": sources.dialect,
         "folder": folder.as_posix(),
         "program": [_shown(Path(one), folder) for one in named],
         "lib": None if lib is None else _shown(Path(lib), folder),
@@ -135,7 +136,7 @@ def opened(file: Path) -> tuple[CellTape, str, str]:
         given = [folder / one for one in head["program"]]
         lib = None if head["lib"] is None else folder / head["lib"]
         replace = {name: folder / one for name, one in head["replace"].items()}
-        sources = source_files(given, lib, replace)
+        sources = source_files(given, lib, replace, head["dialect"])
         _check(head["files"], _digests(sources.all, folder), file)
         program = build(sources.all, "builtin").program
         violations = [Violation(t_us, rule, text) for t_us, rule, text in head["violations"]]

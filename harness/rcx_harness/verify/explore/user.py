@@ -36,6 +36,7 @@ from structured_text.explore.shared import Stepping, shared
 from structured_text.farm import Farm
 from structured_text.language.load import load
 from structured_text.language.project import Project
+from structured_text.language.source import in_dialect
 from structured_text.language.walk import written
 from structured_text.projects.sources import SourceFiles
 from structured_text.prove.assertions import VARIABLE, Copies
@@ -128,7 +129,7 @@ def explore(sources: SourceFiles, settings: Settings, farm: Farm | None = None) 
     with TemporaryDirectory() as folder:
         copies = with_always(own, settings.always, Path(folder))
         try:
-            project = load([*copies.files, *library])
+            project = load([in_dialect(file, sources.dialect) for file in copies.files] + library)
         except InputError as error:
             raise _of_original(blame_lib(error, sources.folder), copies) from None
         steady = steady_instances(sources.own, sources.lib)

@@ -17,8 +17,9 @@ from rcx_harness.robot.config.programs import named_by
 from rcx_harness.verify.storm.demands import Demands
 from structured_text.errors import InputError
 from structured_text.farm import Parcel
+from structured_text.language.dialects import chosen
 from structured_text.projects.needed import declared_names
-from structured_text.projects.sources import named_files, st_files
+from structured_text.projects.sources import is_ax, named_files, st_files
 
 __all__ = ["Cells", "CellsOf"]
 
@@ -68,8 +69,9 @@ class CellsOf:
         robots = [
             Path(one) for one in several(options.get("robot")) if isinstance(one, (str, Path))
         ]
+        named = named_files(list(program))
         groups: list[list[Path]] = [
-            list(_with_projects(named_files(list(program)))),
+            list(_with_projects(named)),
             lib_files,
             list(replaced.values()),
             robots,
@@ -79,6 +81,8 @@ class CellsOf:
         ]
         depth = len(lib_files[0].relative_to(Path(lib)).parts) if lib and lib_files else 0
         kept = {name: value for name, value in options.items() if name not in _FILES}
+        # The copies are in another folder, perhaps on another computer.
+        kept["dialect"] = kept.get("dialect") or chosen() or ("ax" if is_ax(named) else None)
         parcel = Parcel.of(file for group in groups for file in group)
         return cls(parcel, tuple(map(len, groups)), kept, tuple(replaced), depth)
 
@@ -93,9 +97,8 @@ class CellsOf:
             named = [one for one in program if not _is_beside(one, program)]
             try:
                 bodies = dict(zip(self.replaced, replaced, strict=True))
-                compiled = Compiled(
-                    source_files(named, folder, bodies), self.options.get("engine", "auto")
-                )
+                sources = source_files(named, folder, bodies, self.options.get("dialect"))
+                compiled = Compiled(sources, self.options.get("engine", "auto"))
             except InputError as error:
                 raise blame_lib(error, folder) from None
             size = self.options.get("size")

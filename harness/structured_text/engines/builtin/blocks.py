@@ -10,9 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from structured_text.language.dialects import Dialect
+from structured_text.language.scalars import INT_RANGE
 from structured_text.language.standard import BLOCKS
+from structured_text.language.types import type_name
 
-__all__ = ["BODIES", "CLASSES"]
+__all__ = ["CLASSES", "bodies", "counter_limits"]
+
+_Counter = Callable[[Any, int | None, int], None]
 
 
 def _class(name: str, memory: tuple[str, ...]) -> type[Any]:
@@ -111,27 +116,30 @@ def _tp(s: Any) -> None:
     s.before = s.IN
 
 
-def _ctu(s: Any) -> None:
+# Each counter takes the limits up to which it counts: numbers, or None for PV.
+
+
+def _ctu(s: Any, most: int | None, least: int) -> None:
     edge = s.CU and not s.up
     s.up = s.CU
     if s.R:
         s.CV = 0
-    elif edge and s.CV < s.PV:
+    elif edge and (s.PV if most is None else most) > s.CV:
         s.CV += 1
     s.Q = s.CV >= s.PV
 
 
-def _ctd(s: Any) -> None:
+def _ctd(s: Any, most: int | None, least: int) -> None:
     edge = s.CD and not s.down
     s.down = s.CD
     if s.LD:
         s.CV = s.PV
-    elif edge and s.CV > 0:
+    elif edge and least < s.CV:
         s.CV -= 1
     s.Q = s.CV <= 0
 
 
-def _ctud(s: Any) -> None:
+def _ctud(s: Any, most: int | None, least: int) -> None:
     up, down = s.CU and not s.up, s.CD and not s.down
     s.up, s.down = s.CU, s.CD
     if s.R:
@@ -139,9 +147,9 @@ def _ctud(s: Any) -> None:
     elif s.LD:
         s.CV = s.PV
     elif up != down:
-        if up and s.CV < s.PV:
+        if up and (s.PV if most is None else most) > s.CV:
             s.CV += 1
-        elif down and s.CV > 0:
+        elif down and least < s.CV:
             s.CV -= 1
     s.QU = s.CV >= s.PV
     s.QD = s.CV <= 0
@@ -156,16 +164,44 @@ _KINDS: dict[str, tuple[Callable[[Any], None], tuple[str, ...]]] = {
     "TON": (_ton, _TIMER),
     "TOF": (_tof, _TIMER),
     "TP": (_tp, _TIMER),
+}
+_COUNTERS: dict[str, tuple[_Counter, tuple[str, ...]]] = {
     "CTU": (_ctu, ("up",)),
     "CTD": (_ctd, ("down",)),
     "CTUD": (_ctud, ("up", "down")),
 }
-# The counters exist for each integer type; they never pass PV or 0, so none can overflow. The
-# timers exist for both types of durations.
+# The counters exist for each integer type, the timers for both types of durations.
 _NAMES = {name: name.removeprefix("L").partition("_")[0] for name in BLOCKS}
 _NAMES.update({name: name for name in ("R_TRIG", "F_TRIG")})
 
-#: The function that executes a block, by the block's name.
-BODIES = {name: _KINDS[kind][0] for name, kind in _NAMES.items()}
 #: The class of a block's instances, by the block's name.
-CLASSES = {name: _class(name, _KINDS[kind][1]) for name, kind in _NAMES.items()}
+CLASSES = {
+    name: _class(name, _COUNTERS[kind][1] if kind in _COUNTERS else _KINDS[kind][1])
+    for name, kind in _NAMES.items()
+}
+
+
+def _counting(body: _Counter, most: int | None, least: int) -> Callable[[Any], None]:
+    """Return the function of a counter with its limits."""
+    return lambda instance: body(instance, most, least)
+
+
+def counter_limits(name: str, rules: Dialect) -> tuple[int | None, int]:
+    """Return the greatest and least CV up to which a counter counts; None is its PV."""
+    if rules.counters == "preset":
+        return None, 0
+    (kind,) = (pin.type for pin in BLOCKS[name].variables if pin.name == "CV")
+    low, high = INT_RANGE[type_name(kind)]
+    return high, 0 if rules.counters == "unsigned" else low
+
+
+def bodies(rules: Dialect) -> dict[str, Callable[[Any], None]]:
+    """Return the function that executes a block, by the block's name."""
+    found: dict[str, Callable[[Any], None]] = {}
+    for name, kind in _NAMES.items():
+        if kind in _COUNTERS:
+            most, least = counter_limits(name, rules)
+            found[name] = _counting(_COUNTERS[kind][0], most, least)
+        else:
+            found[name] = _KINDS[kind][0]
+    return found

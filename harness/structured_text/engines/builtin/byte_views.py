@@ -16,6 +16,7 @@ from structured_text.engines.builtin.runtime import ProgramError
 
 __all__ = [
     "NAMES",
+    "Bit",
     "Character",
     "Elements",
     "Fields",
@@ -93,6 +94,27 @@ class Number(_Scalar):
     def unpack(self, data: bytes) -> Any:
         """Unpack a number; see `_Scalar`."""
         return struct.unpack(self.code, data)[0]
+
+
+@dataclass(frozen=True)
+class Bit(_Scalar):
+    """The layout of a BIT: bit `number` of a byte, whose other bits belong to other fields."""
+
+    number: int
+    size: int = 1
+
+    def pack(self, value: Any) -> bytes:
+        """Pack a BIT; the other bits are 0."""
+        return bytes((bool(value) << self.number,))
+
+    def unpack(self, data: bytes) -> Any:
+        """Unpack a BIT; see `_Scalar`."""
+        return bool(data[0] >> self.number & 1)
+
+    def store(self, memory: ByteRange, at: int, value: Any) -> None:
+        """Write a bit to a position in memory."""
+        others = memory.read(at, 1)[0] & ~(1 << self.number)
+        memory.write(at, bytes((others | bool(value) << self.number,)))
 
 
 @dataclass(frozen=True)
@@ -240,6 +262,8 @@ class Record(_Composite):
             begin, end = max(at, place), min(at + size, place + layout.size)
             if begin < end:
                 part = layout.read(getattr(value, slot), begin - place, end - begin)
+                if isinstance(layout, Bit):
+                    part = bytes((data[begin - at] | part[0],))
                 data[begin - at : end - at] = part
         return bytes(data)
 
@@ -264,9 +288,9 @@ class Record(_Composite):
 
 #: The names that generated code can use, besides `Union`.
 NAMES: dict[str, Any] = {
-    one.__name__: one for one in (Number, Moment, Text, Character, Pointer, Row, Record)
+    one.__name__: one for one in (Number, Bit, Moment, Text, Character, Pointer, Row, Record)
 }
-Layout: TypeAlias = Number | Moment | Text | Character | Pointer | Row | Record
+Layout: TypeAlias = Number | Bit | Moment | Text | Character | Pointer | Row | Record
 
 
 # --- views ------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from typing import Any
 from structured_text.engines.builtin.code import Code
 from structured_text.engines.builtin.collector import Collector
 from structured_text.engines.builtin.coverage import CountingWriter, Plan
+from structured_text.engines.builtin.heap import heap_lines
 from structured_text.engines.builtin.objects import linking
 from structured_text.engines.builtin.statements import Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
@@ -54,6 +55,7 @@ def _written(project: Project, collector: Collector | None, names: dict[str, Any
         origins += [(pou.file, line) for line in writer.origins]
     storage.globals(_shared(project))
     lines += linking(project)
+    lines += heap_lines(project, storage)
     first = len(storage.lines)
     file = f"<{project.files[0].name} and {len(project.files) - 1} more>"
     text = "\n".join([*storage.lines, *lines, ""])

@@ -17,6 +17,7 @@ from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
 from structured_text.language.project import Project
+from structured_text.language.scalars import ANY_DATE, ANY_DURATION, ANY_REAL, ANY_STRING
 from structured_text.language.types import type_name
 from structured_text.language.walk import nodes, parts
 
@@ -71,7 +72,8 @@ class Decision:
         line: First line of the statement that contains it.
         code: The operators and the conditions that they join.
         lazy: Whether conditions may be skipped. AND_THEN and OR_ELSE skip them. They are also
-            skipped if the evaluation of a condition without influence could stop the program.
+            skipped if the evaluation of a condition without influence could call a function or
+            stop the program, because coverage must not change what a program does.
     """
 
     root: t.Expression
@@ -183,7 +185,7 @@ class Plan:
         code, conditions = _postfix(node)
         if conditions:
             self.number[id(node)] = len(self.decisions)
-            lazy = any(one in _LAZY for one in code) or any(map(_may_fault, conditions[1:]))
+            lazy = any(one in _LAZY for one in code) or any(map(_matters, conditions[1:]))
             self.decisions.append(Decision(node, conditions, line, code, lazy))
         for condition in conditions:
             for part in parts(condition):
@@ -222,19 +224,34 @@ def _postfix(node: t.Expression) -> tuple[Postfix, tuple[t.Expression, ...]]:
     return tuple(code), tuple(conditions)
 
 
-def _may_fault(node: t.Expression) -> bool:
-    """Return whether an expression can stop the program, by an index, a division or a root."""
-    return any(map(_is_fault, nodes(node)))
+def _matters(node: t.Expression) -> bool:
+    """Return whether it matters if an expression is evaluated, apart from its value.
+
+    It does if it calls a function, which may have any effect, or can stop the program: by an index,
+    a division, a root, or the conversion of an infinite number.
+    """
+    return any(map(_does_more, nodes(node)))
 
 
-def _is_fault(one: Any) -> bool:
+def _does_more(one: Any) -> bool:
+    if isinstance(one, t.CallFunction):
+        return True
     if isinstance(one, t.Standard):
-        return one.name not in _SAFE and "_TO_" not in one.name
+        source, is_conversion, target = one.name.partition("_TO_")
+        if is_conversion:
+            infinite = source in ANY_REAL and target not in _OF_ANY_REAL
+            return infinite or (source in ANY_DATE and target in ANY_STRING)
+        return one.name not in _SAFE
     if isinstance(one, t.Index):
         return not all(isinstance(k, t.Constant) for k in one.indices)
-    return isinstance(one, t.Binary) and one.op in ("/", "MOD", "**")
+    if not isinstance(one, t.Binary):
+        return False
+    scaled = one.op == "*" and type_name(one.type) in ANY_DURATION
+    return scaled or one.op in ("/", "MOD", "**")
 
 
+#: Types to which an infinite REAL can be converted without an error.
+_OF_ANY_REAL = (*ANY_REAL, *ANY_STRING, "BOOL")
 #: Standard functions that are defined for every argument.
 _SAFE = frozenset(
     (

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from ctypes import c_float
 from dataclasses import replace
 
+from structured_text.engines.builtin.heap import kinds_of
 from structured_text.engines.builtin.pointing import POINTING, Pointing, has_effect
 from structured_text.engines.builtin.standard import JOINS, Value, of_type, settle, standard_call
 from structured_text.engines.builtin.storage import (
@@ -22,6 +23,7 @@ from structured_text.engines.builtin.storage import (
     slot_name,
 )
 from structured_text.language import tree as t
+from structured_text.language.dialects import rules_of
 from structured_text.language.project import Project
 from structured_text.language.scalars import (
     ANY_DURATION,
@@ -36,6 +38,7 @@ from structured_text.language.types import (
     ElementaryType,
     Type,
     has_block,
+    integer_name,
     type_name,
 )
 
@@ -55,10 +58,11 @@ class ExpressionCode:
 
     def __init__(self, project: Project, pou: t.Pou) -> None:
         self._project = project
+        self._rules = rules_of(project.dialect)
         self._shared: dict[str, bool] = {}
         self._function, self._method = pou.kind == "FUNCTION", pou.kind == "METHOD"
         self._own = set(map(id, pou.symbols.values())) if pou.kind == "METHOD" else set()
-        self.pointing = Pointing(self, views=project.views)
+        self.pointing = Pointing(self, views=project.views, made=kinds_of(project))
         self._views = project.views
         self._parts = 0
         self._results = 0
@@ -134,10 +138,10 @@ class ExpressionCode:
 
         A text is cut, a number is converted.
         """
-        have, want = type_name(kind), type_name(to)
+        have, want = integer_name(kind), integer_name(to)
         if have != want:
             node = t.Standard(f"{have}_TO_{want}", (t.Constant(0, kind),), to)
-            return settle(standard_call(node, [code]), to)
+            return settle(standard_call(node, [code], self._rules), to)
         return self.cut(code, to) if have in ANY_STRING else code
 
     def elements(self, node: t.Index) -> str:
@@ -229,6 +233,8 @@ class ExpressionCode:
             return self._binary(node)
         if isinstance(node, t.CallFunction):
             return self._call(node)
+        if isinstance(node, t.Assigned):
+            return self._assigned(node)
         return self._standard(node, [self.exact(item) for item in node.arguments])
 
     def _read(self, code: str, kind: Type) -> str:
@@ -242,9 +248,9 @@ class ExpressionCode:
         if node.name in ("ADD", "MUL") and type_name(node.type) in ANY_REAL:
             # Each operation is rounded, from the left, so each one needs brackets of its own.
             while len(arguments) > 2:
-                first = self._short(standard_call(node, arguments[:2]), node.type)
+                first = self._short(standard_call(node, arguments[:2], self._rules), node.type)
                 arguments = [first.code, *arguments[2:]]
-        return standard_call(node, arguments)
+        return standard_call(node, arguments, self._rules)
 
     def _constant(self, node: t.Constant) -> Value:
         name = type_name(node.type)
@@ -282,6 +288,18 @@ class ExpressionCode:
         ]
         parts = ", ".join([f"{result} := {call}", *stores, f"{result}[0]"])
         return of_type(f"({parts})[-1]", node.type)
+
+    def _assigned(self, node: t.Assigned) -> Value:
+        """Return code that assigns a variable and has its new value."""
+        value = self.exact(node.value)
+        if not is_scalar(node.type):
+            code = self.variable(node.target)
+            return of_type(f"(filled({code}, {value}), {code})[-1]", node.type)
+        self._results += 1
+        result = f"r{self._results}"
+        held = self.adapted(value, node.value.type, node.type)
+        stored = self._stored(node.target, node.type, result)
+        return of_type(f"({result} := {held}, {stored}, {result})[-1]", node.type)
 
     def _backs(self, pou: t.Pou) -> list[tuple[str, Type]]:
         """Return name and type of the values that a function returns after its result, in order."""
@@ -321,7 +339,8 @@ class ExpressionCode:
             return Value(f"({self.exact(node.left)} {word} {self.exact(node.right)})")
         if op in ("AND", "OR", "XOR"):
             symbols = JOINS
-            if name == "BOOL" and not has_effect(node.right):
+            needed = self._rules.operands == "needed"
+            if name == "BOOL" and needed and not has_effect(node.right):
                 symbols = {"AND": "and", "OR": "or", "XOR": "!="}
             left, right = self.exact(node.left), self.exact(node.right)
             return of_type(f"({left} {symbols[op]} {right})", node.type)
@@ -348,6 +367,8 @@ class ExpressionCode:
             return Value(code, wide=type_name(node.type) == "REAL")
         left, right = self.value(node.left), self.value(node.right)
         code = f"({left.code} {node.op} {right.code})"
+        if node.op == "/" and self._rules.real_by_zero == "infinite":
+            code = f"(real_by({left.code}, {right.code}))"
         if type_name(node.type) == "LREAL":
             return Value(code)
         wide = left.wide or right.wide

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import marshal
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import lru_cache
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any
 
-from structured_text.engines.builtin import byte_views, references
-from structured_text.engines.builtin.blocks import BODIES, CLASSES
+from structured_text.engines.builtin import byte_views, heap, references
+from structured_text.engines.builtin.blocks import CLASSES, bodies
 from structured_text.engines.builtin.code import Code
 from structured_text.engines.builtin.collector import Collector, collecting
 from structured_text.engines.builtin.runtime import NAMES
 from structured_text.language import cache
+from structured_text.language.dialects import rules_of
 from structured_text.language.project import Project
 
 __all__ = ["Module", "module_of"]
@@ -38,8 +40,10 @@ class Module:
         self.project = project
         self.resolved: dict[str, Resolved] = {}
         self.names: dict[str, Any] = {**NAMES, **references.NAMES, **byte_views.NAMES}
+        self.names.update(heap.NAMES)
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
-        self.names.update({f"body_{name}": found for name, found in BODIES.items()})
+        executed = bodies(rules_of(project.dialect))
+        self.names.update({f"body_{name}": found for name, found in executed.items()})
         self._noted: set[str] = set()
         # The length is bounded, because calls of instances that nobody observes are recorded, too.
         self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
@@ -77,8 +81,50 @@ class Module:
             if trace.tb_frame.f_code.co_filename == self._code.file:
                 found = trace.tb_lineno
             trace = trace.tb_next
-        index = -1 if found is None else found - 1 - self._code.first
+        return None if found is None else self._origin(found)
+
+    def running(self, frame: FrameType | None) -> Iterator[tuple[str, int]]:
+        """Yield file and line of the statements that run in a frame and in those that called it."""
+        while frame is not None:
+            if frame.f_code.co_filename == self._code.file:
+                found = self._origin(frame.f_lineno)
+                if found is not None:
+                    yield found
+            frame = frame.f_back
+
+    def _origin(self, line: int) -> tuple[str, int] | None:
+        """Return file and line of the Structured Text for a line of the generated code."""
+        index = line - 1 - self._code.first
         return self._code.origins[index] if 0 <= index < len(self._code.origins) else None
+
+    @contextmanager
+    def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
+        """Let the calls of one instance of a block, by identity, do nothing but be reported."""
+        keys = [f"{kind}_{block.upper()}" for kind in ("f", "body")]
+        before = {key: self.names[key] for key in keys if key in self.names}
+
+        def skipped(body: Callable[..., Any]) -> Callable[..., Any]:
+            def call(instance: Any, *others: Any) -> Any:
+                return called(place) if id(instance) == place else body(instance, *others)
+
+            return call
+
+        self.names.update({key: skipped(body) for key, body in before.items()})
+        try:
+            yield
+        finally:
+            self.names.update(before)
+
+    @contextmanager
+    def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
+        """Replace FUNCTIONs, by name, by Python functions inside the `with`."""
+        keys = {f"f_{name.upper()}": answer for name, answer in answers.items()}
+        before = {key: self.names[key] for key in keys if key in self.names}
+        self.names.update({key: keys[key] for key in before})
+        try:
+            yield
+        finally:
+            self.names.update(before)
 
 
 def _noting(

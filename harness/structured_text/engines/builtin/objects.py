@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
-from structured_text.language.objects import INIT, START, Objects
+from structured_text.language.objects import EXIT, INIT, START, Objects
 from structured_text.language.project import Project
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import (
@@ -59,7 +59,10 @@ def linking(project: Project) -> list[str]:
         if key in objects.extended or objects.derived(key):
             lines.append(f"b_{key}.body = lambda s, *a: f_{key}(s, *a)")
     starts = _Starts(project)
-    return lines + starts.lines()
+    lines += starts.lines()
+    if any(use.construct == "__NEW or __DELETE" for use in project.uses):
+        lines += starts.heap_lines()
+    return lines
 
 
 class _Starts:
@@ -90,6 +93,24 @@ class _Starts:
         if roots or shared:
             result += ["def start(g, roots):", *shared, *roots]
         return result
+
+    def heap_lines(self) -> Iterator[str]:
+        """Yield how blocks begin and end that are made while the program runs.
+
+        The exit method of a derived block runs before that of its base.
+        """
+        for key in self._objects.blocks:
+            if self._is_needed(key):
+                yield f"b_{key}.begin = start_{key}"
+            chain = [key]
+            while chain[-1] in self._objects.extended:
+                chain.append(self._objects.extended[chain[-1]])
+            names = [f"f_{one}_m_{EXIT.upper()}" for one in chain if self._ends(one)]
+            if names:
+                yield f"b_{key}.exits = ({', '.join(names)},)"
+
+    def _ends(self, key: str) -> bool:
+        return EXIT.upper() in self._objects.own.get(key, {})
 
     def _is_shared(self, block: BlockType) -> bool:
         """Return whether a program is called by name by others, and so belongs to the globals."""

@@ -8,13 +8,13 @@ of the call stores them in their targets.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from structured_text.engines.builtin.objects import attribute, handed_back
 from structured_text.engines.builtin.storage import Storage, is_scalar, slot_name
 from structured_text.language import tree as t
-from structured_text.language.types import InterfaceType, ReferenceType, Type
+from structured_text.language.types import ArrayType, InterfaceType, ReferenceType, Type
 from structured_text.language.walk import nodes
 
 __all__ = ["POINTING", "Pointing", "has_effect"]
@@ -30,6 +30,10 @@ POINTING = (
     t.Null,
     t.Valid,
     t.Same,
+    t.Generic,
+    t.Query,
+    t.New,
+    t.Delete,
 )
 
 
@@ -61,14 +65,16 @@ class _Code(Protocol):
 class Pointing:
     """The writer of these expressions in one POU.
 
-    `views` says whether pointers of the project access memory as another type.
+    `views` says whether pointers of the project access memory as another type, `made` are the types
+    that `__NEW` makes variables of.
 
     Attributes:
         storage: Writer of copies of structures and arrays; set by the writer of statements.
     """
 
-    def __init__(self, code: _Code, *, views: bool = False) -> None:
+    def __init__(self, code: _Code, *, views: bool = False, made: Sequence[Type] = ()) -> None:
         self._code = code
+        self._number = list(made).index
         self._views = views
         self._names = 0
         self.storage = Storage()
@@ -104,7 +110,7 @@ class Pointing:
         if isinstance(node, t.Null):
             return "no_block" if isinstance(node.type, InterfaceType) else "null"
         if isinstance(node, t.Valid):
-            return f"({self._code.exact(node.reference)} is not null)"
+            return self._valid(node.reference)
         if isinstance(node, t.Offset):
             sign = "-" if node.sign < 0 else ""
             moved = f"{sign}{self._code.exact(node.bytes)}, {node.size}"
@@ -112,6 +118,25 @@ class Pointing:
         if isinstance(node, t.Recast):
             own, other = self._layout(node.base.type), self._layout(node.type)
             return f"recast({self._code.exact(node.base)}, {own}, {other})"
+        if isinstance(node, t.Generic):
+            values = (repr(node.number), self._code.exact(node.pointer), repr(node.size))
+            return self.storage.made(node.type, values)
+        if isinstance(node, t.Query):
+            return self._query(node)
+        if isinstance(node, t.New):
+            created = self.storage.create(node.made, node.initial)
+            if node.count is not None:
+                count = self._code.exact(node.count)
+                return f"heap_row(g, {self._number(node.made)}, {count}, lambda: {created})"
+            in_list = is_scalar(node.made) or isinstance(node.made, ArrayType)
+            held = f"[{created}]" if in_list else created
+            return f"heap_new(g, {held}, {self._number(node.made)})"
+        if isinstance(node, t.Delete):
+            before: list[str] = []
+            place = self._place(node.pointer, before)
+            gone = f"heap_delete(g, {_read(place)})"
+            parts = [*before, gone, self._write(place, node.pointer, "null")]
+            return f"({', '.join(parts)})[-1]"
         assert isinstance(node, t.Same)
         left, right = self._code.exact(node.left), self._code.exact(node.right)
         if isinstance(node.left.type, InterfaceType) or "null" in (left, right):
@@ -122,6 +147,31 @@ class Pointing:
                 return f"({'not ' if node.op == '=' else ''}unlike({given}))"
             return f"(order({given}) {node.op} 0)"
         return f"({'' if node.op == '=' else 'not '}same({left}, {right}))"
+
+    def _valid(self, node: t.Expression) -> str:
+        """Return code of `__ISVALIDREF`.
+
+        Methods may use a VAR_IN_OUT of their block before the block is called with a variable for
+        it. In all other places the call has passed a variable.
+        """
+        if isinstance(node.type, ReferenceType):
+            return f"({self._code.exact(node)} is not null)"
+        assert isinstance(node, t.Use)
+        if self._code.is_local(node.symbol):
+            return "True"
+        return f"(s.{slot_name(node.symbol.name)} is not uncalled)"
+
+    def _query(self, node: t.Query) -> str:
+        """Return code that asks for another interface of a block, and stores the answer."""
+        before: list[str] = []
+        name, names = self._name(), frozenset(f"b_{block}" for block in node.blocks)
+        target = self._place(node.target, before)
+        found = f"asked({self._code.exact(node.source)}, {set(names) or '()'})"
+        pointer = isinstance(node.target.type, ReferenceType)
+        value = f"(null if {name} is no_block else Whole({name}))" if pointer else name
+        stored = self._write(target, node.target, value)
+        parts = [*before, f"({name} := {found})", stored, f"{name} is not no_block"]
+        return f"({', '.join(parts)})[-1]"
 
     def _layout(self, kind: Type) -> str:
         """Return the layout of a pointer's target; "None" if the target has no bytes."""
@@ -225,6 +275,10 @@ def _read(place: tuple[str, str]) -> str:
     return f"{holder}.{key[1:-1]}" if key.startswith("'") else f"{holder}[{key}]"
 
 
+#: Expressions with an effect, or whose evaluation can stop the program.
+_EFFECTS = (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)
+
+
 def has_effect(node: t.Expression) -> bool:
-    """Return whether an operand must be evaluated: it calls a method, or follows a pointer."""
-    return any(isinstance(one, (t.CallMethod, t.Deref)) for one in nodes(node))
+    """Return whether an operand must be evaluated: it has an effect, or follows a pointer."""
+    return any(isinstance(one, _EFFECTS) for one in nodes(node))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import struct
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -51,6 +53,7 @@ class _Snapshot(NamedTuple):
     module: Module
     scans: int
     data: tuple[Any, ...]
+    made: tuple[Any, ...] = ()
 
 
 class _CallLog:
@@ -114,6 +117,18 @@ class BuiltinProgram(OfProject):
         if shared is not None and shared.type is block:
             return getattr(self._globals, key)
         return self.module.names[f"b_{key}"](self._globals)
+
+    def pace(self, scan_us: int) -> None:
+        """Run the tasks beside a program without a task in their intervals; see `Program.pace`."""
+        if not self.project.free:
+            return
+        intervals = {
+            name: task.interval_us for task in self.project.tasks for name in task.instances
+        }
+        self._runs = [
+            (max(1, round(intervals.get(run.instance, 0) / scan_us)), body, instance)
+            for run, (_, body, instance) in zip(self.project.schedule, self._runs, strict=True)
+        ]
 
     @classmethod
     def build(cls, project: Project, collector: Collector | None = None) -> BuiltinProgram:
@@ -312,14 +327,45 @@ class BuiltinProgram(OfProject):
         """Record the calls of some block types from now on; see `engines.base.Program`."""
         return _CallLog(self, self.module.note_calls(blocks))
 
+    @contextmanager
+    def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
+        """Let Python functions answer the calls of FUNCTIONs, by name, inside the `with`.
+
+        An answer gets the inputs in the order of their declaration, as the engine represents
+        them. Functions that the program does not have are ignored.
+        """
+        with self.module.answering(answers):
+            yield
+
+    @contextmanager
+    def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
+        """Let the calls of one instance of a block do nothing but call `called(place)`.
+
+        `place` is the identity of the instance (see `holder`).
+        """
+        with self.module.skipping(block, place, called):
+            yield
+
+    def advance(self, time_ns: int) -> None:
+        """Let time pass within a scan [ns]; the next scan sets the time anew."""
+        self._globals.now += time_ns
+
+    def running(self) -> Iterator[tuple[str, int]]:
+        """Yield file and line of the running statements, the innermost first.
+
+        For use inside an answer (see `answering`).
+        """
+        return self.module.running(inspect.currentframe())
+
     # --- state ---
 
     def snapshot(self) -> object:
         """Return the whole state, as a value that `restore` accepts."""
         data = tuple(save(part) for part, save, _ in self._parts)
-        if self._has_pointers:
-            data = self._holders.saved(data)
-        return _Snapshot(self.module, self._scans, data)
+        made = self._globals.heap.saved(self.module.names)
+        if self._has_pointers or made:
+            data, made = self._holders.saved(data), self._holders.saved(made)
+        return _Snapshot(self.module, self._scans, data, made)
 
     def restore(self, snapshot: object) -> None:
         """Return to a state that `snapshot` gave, of this or another instance of the program.
@@ -329,6 +375,10 @@ class BuiltinProgram(OfProject):
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
             raise InputError("this snapshot is of another program")
         self._scans = snapshot.scans
+        heap, names = self._globals.heap, self.module.names
+        if heap or snapshot.made:
+            heap.make(snapshot.made, names, self._globals)
+            heap.load(self._holders.loaded(snapshot.made), names)
         data = self._holders.loaded(snapshot.data) if self._has_pointers else snapshot.data
         for (part, _, load), saved in zip(self._parts, data, strict=True):
             load(part, saved)

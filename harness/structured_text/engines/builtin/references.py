@@ -8,7 +8,7 @@ its target: the names of slots and the positions in lists.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, NamedTuple, NoReturn
 
 from structured_text.engines.builtin.byte_views import (
@@ -21,6 +21,7 @@ from structured_text.engines.builtin.byte_views import (
     Union,
     View,
 )
+from structured_text.engines.builtin.heap import kinds_of
 from structured_text.engines.builtin.runtime import ProgramError
 from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
 from structured_text.language.project import Project
@@ -157,6 +158,47 @@ def _same(one: Any, other: Any) -> bool:
     return first[0] is second[0] and first[1] == second[1]
 
 
+def _asked(block: Any, names: Collection[str]) -> Any:
+    """Return a block if its class has one of these names, else the value for no block."""
+    return block if type(block).__name__ in names else _NO_BLOCK
+
+
+#: Limits for variables made while a program runs. Beyond them there is no memory.
+_MOST_MADE, _LONGEST_ROW = 100_000, 1_000_000
+
+
+def _new(shared: Any, held: Any, number: int) -> Any:
+    """Return a pointer to a new variable, which is started; 0 (NULL) if there is no memory."""
+    if len(shared.heap) >= _MOST_MADE:
+        return _NULL
+    shared.heap.put(held, number)
+    begin = getattr(type(held), "begin", None)
+    if begin is not None:
+        begin(held)
+    return Item(held, 0) if isinstance(held, list) else Whole(held)
+
+
+def _new_row(shared: Any, number: int, count: int, make: Callable[[], Any]) -> Any:
+    """Return a pointer to the first of several new variables; 0 (NULL) if there is no memory."""
+    if not 0 < count <= _LONGEST_ROW:
+        return _NULL
+    return _new(shared, [make() for _ in range(count)], number)
+
+
+def _delete(shared: Any, pointer: Any) -> None:
+    """Call the exit methods of a variable made by `_new`, and forget it."""
+    if pointer is _NULL:
+        return
+    if isinstance(pointer, View) and isinstance(pointer.memory, Held):
+        pointer = pointer.memory.pointer  # the memory as the type that it was made as
+    held = getattr(pointer, "V" if isinstance(pointer, Whole) else "holder", None)
+    if id(held) not in shared.heap:
+        raise ProgramError("__DELETE of a pointer that does not lead to what __NEW has made")
+    for leave in getattr(type(held), "exits", ()):
+        leave(held, *[False] * (leave.__code__.co_argcount - 1))
+    shared.heap.drop(held)
+
+
 def _place(pointer: Any) -> tuple[Any, Any]:
     if isinstance(pointer, Whole):
         return pointer.V, None
@@ -242,6 +284,8 @@ def _base(memory: Any) -> tuple[int, Any]:
     return id(pointer.holder), pointer.key
 
 
+#: First step of the way to a variable made by `__NEW`; no program instance is called so.
+_MADE = "__NEW"
 #: The names that generated code can use.
 NAMES: dict[str, Any] = {
     "recast": _recast,
@@ -253,6 +297,10 @@ NAMES: dict[str, Any] = {
     "null": _NULL,
     "no_block": _NO_BLOCK,
     "same": _same,
+    "asked": _asked,
+    "heap_new": _new,
+    "heap_row": _new_row,
+    "heap_delete": _delete,
 }
 
 
@@ -285,10 +333,16 @@ class Holders:
         self._project = project
         self._shared, self._roots = shared, roots
         self._found: dict[int, _Found] = {}
+        self._kinds = kinds_of(project)
+        self._version = 0
 
     def find(self, held: Any) -> _Found | None:
         """Return the entry of an object; None if it belonged to a call that has ended."""
+        if self._version != self._shared.heap.version:
+            self._found, self._version = {}, self._shared.heap.version
         if not self._found:
+            for place, (made, number) in enumerate(self._shared.heap.values()):
+                self._walk_made(made, self._kinds[number], place)
             for symbol in self._project.global_symbols.values():
                 if symbol.address is None:
                     value = getattr(self._shared, symbol.name.upper())
@@ -297,6 +351,16 @@ class Holders:
             for name, kind in self._project.instances.items():
                 self._walk(self._roots[name], kind, (name,), name)
         return self._found.get(id(held))
+
+    def _walk_made(self, held: Any, kind: Type, place: int) -> None:
+        """Find the objects of a variable made by `__NEW`; `place` is its place in the heap."""
+        path = f"{_MADE}[{place + 1}]"
+        if not isinstance(held, list):
+            self._walk(held, kind, (_MADE, place), path)
+            return
+        self._found[id(held)] = _Found((_MADE, place), path, ArrayType("", ((0, 0),), kind))
+        for position, part in enumerate(held if not is_scalar(kind) else ()):
+            self._walk(part, kind, (_MADE, place, position), f"{path}[{position}]")
 
     def _walk(self, held: Any, kind: Type, way: tuple[str | int, ...], path: str) -> None:
         if isinstance(kind, (StructType, BlockType)):
@@ -319,8 +383,12 @@ class Holders:
         return [(symbol.name, symbol.type) for symbol in symbols]
 
     def _at(self, way: tuple[str | int, ...]) -> Any:
-        held = self._roots[str(way[0])] if way[0] else self._shared
-        for key in way[1:]:
+        held, rest = self._shared, way[1:]
+        if way[0] == _MADE:
+            held, rest = list(self._shared.heap.values())[int(way[1])][0], way[2:]
+        elif way[0]:
+            held = self._roots[str(way[0])]
+        for key in rest:
             held = held[key] if isinstance(key, int) else getattr(held, key)
         return held
 

@@ -107,6 +107,23 @@ def _to_unsigned(value: float) -> int:
     return round(value) if value >= 0 else 0
 
 
+def _real_by(dividend: float, divisor: float) -> float:
+    """Divide two reals as IEEE 754 does; the divisor may be 0."""
+    if divisor:
+        return dividend / divisor
+    if not dividend or math.isnan(dividend):
+        return math.nan
+    return math.copysign(math.inf, dividend) * math.copysign(1.0, divisor)
+
+
+def _root_nan(value: float) -> float:
+    return math.nan if value < 0 else math.sqrt(value)
+
+
+def _root_absolute(value: float) -> float:
+    return math.sqrt(abs(value))
+
+
 def _time_times(time: int, factor: float) -> int:
     return math.trunc(time * factor)
 

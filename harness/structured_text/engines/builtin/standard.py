@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from structured_text.language import tree as t
+from structured_text.language.dialects import Dialect
 from structured_text.language.scalars import (
     ANY_BIT,
     ANY_CHARS,
@@ -75,7 +76,7 @@ _CALENDAR = (
 )
 
 
-def standard_call(node: t.Standard, arguments: list[str]) -> Value:
+def standard_call(node: t.Standard, arguments: list[str], rules: Dialect) -> Value:
     """Return the code of a standard function.
 
     The code of each argument is already converted to the argument's type.
@@ -87,7 +88,7 @@ def standard_call(node: t.Standard, arguments: list[str]) -> Value:
         array, dimension = arguments
         return of_type(f"{array}.bound({dimension}, {int(name == 'UPPER_BOUND')})", kind)
     if "_TO_" in name:
-        return _conversion(node, arguments[0])
+        return _conversion(node, arguments[0], rules)
     if name in ("TO_BCD", "FROM_BCD"):
         return _bcd(node, arguments[0])
     if name in ("CONCAT_DATE_TOD", "CONCAT_DATE_LTOD"):
@@ -101,11 +102,13 @@ def standard_call(node: t.Standard, arguments: list[str]) -> Value:
     if name in _LREAL_FUNCTIONS:
         function = _LREAL_FUNCTIONS[name] or name.lower()
         code = f"math.{function}({arguments[0]})"
+        if name == "SQRT" and rules.root != "stop":
+            code = f"root_{rules.root}({arguments[0]})"
         return Value(f"f32({code})" if type_name(kind) == "REAL" else code)
     if name in _CHAINS:
         return Value(f"({f' {_CHAINS[name]} '.join(arguments)})")
     if name in JOINS:
-        return _join(node, arguments)
+        return _join(node, arguments, rules)
     if name in ("SHL", "SHR", "ROL", "ROR"):
         return _shift(node, arguments)
     if name == "ABS":
@@ -149,10 +152,10 @@ def _unbounded(code: str) -> Value:
     return Value(code, (-(1 << 70), 1 << 70))
 
 
-def _join(node: t.Standard, arguments: list[str]) -> Value:
+def _join(node: t.Standard, arguments: list[str], rules: Dialect) -> Value:
     name = type_name(node.type)
     if name in ANY_BIT:
-        joins = _BOOL_JOINS if name == "BOOL" else JOINS
+        joins = _BOOL_JOINS if name == "BOOL" and rules.operands == "needed" else JOINS
         return of_type(f"({f' {joins[node.name]} '.join(arguments)})", node.type)
     if name in ANY_REAL:
         left, right = arguments
@@ -186,17 +189,17 @@ def _absolute(node: t.Standard, argument: str) -> Value:
     return Value(f"abs({argument})", (0, max(-low, high)))
 
 
-def _conversion(node: t.Standard, argument: str) -> Value:
+def _conversion(node: t.Standard, argument: str, rules: Dialect) -> Value:
     source, target = node.name.split("_TO_")
     if source in ANY_CHARS or target in ANY_CHARS:
         return _characters(node, source, target, argument)
     if target == "BOOL":
         return Value(f"({argument} != 0)")
     if target in ANY_REAL:
-        return _to_real(source, target, argument)
+        return _to_real(source, target, argument, rules)
     if target in MOMENTS:
-        return Value(_to_moment(source, target, argument))
-    return _to_integer(source, target, argument)
+        return Value(_to_moment(source, target, argument, rules))
+    return _to_integer(source, target, argument, rules)
 
 
 def _characters(node: t.Standard, source: str, target: str, argument: str) -> Value:
@@ -229,22 +232,14 @@ def _characters(node: t.Standard, source: str, target: str, argument: str) -> Va
     return _unbounded(f"string_to_int({argument})")
 
 
-def _unit(moment: str) -> int:
-    """Return the unit of a moment that is converted to a number [ns].
-
-    The unit is 1 s as in matiec, and 1 ns for L types.
-    """
-    return 1 if moment.startswith("L") else 1_000_000_000
-
-
-def _to_moment(source: str, target: str, argument: str) -> str:
+def _to_moment(source: str, target: str, argument: str, rules: Dialect) -> str:
     if source in MOMENTS:
         pair = source.removeprefix("L"), target.removeprefix("L")
-        if pair == ("DT", "DATE"):
+        if pair in (("DT", "DATE"), ("TIME", "DATE")):
             return f"day_of({argument})"
         return f"time_of({argument})" if pair in (("DT", "TOD"), ("TIME", "TOD")) else argument
     code = f"int({argument})" if source == "BOOL" else argument
-    return f"trunc({code} * {_unit(target)})"
+    return f"trunc({code} * {rules.unit_ns(target)})"
 
 
 def _text(source: str, argument: str) -> str:
@@ -261,9 +256,9 @@ def _text(source: str, argument: str) -> str:
     return f"bits_to_string({argument})"
 
 
-def _to_real(source: str, target: str, argument: str) -> Value:
+def _to_real(source: str, target: str, argument: str, rules: Dialect) -> Value:
     if source in MOMENTS:
-        code = f"({argument} / {_unit(source)})"
+        code = f"({argument} / {rules.unit_ns(source)})"
     elif source in ANY_REAL:
         code = argument
     else:
@@ -271,12 +266,12 @@ def _to_real(source: str, target: str, argument: str) -> Value:
     return Value(f"f32({code})" if target == "REAL" and source != "BOOL" else code)
 
 
-def _to_integer(source: str, target: str, argument: str) -> Value:
+def _to_integer(source: str, target: str, argument: str, rules: Dialect) -> Value:
     if source == "BOOL":
         return Value(f"int({argument})", (0, 1))
     if source in ANY_REAL:
         rounds = "round" if target in SIGNED else "to_unsigned"
         return _unbounded(f"{rounds}({argument})")
     if source in MOMENTS:
-        return _unbounded(f"div({argument}, {_unit(source)})")
+        return _unbounded(f"div({argument}, {rules.unit_ns(source)})")
     return Value(argument, INT_RANGE[source])

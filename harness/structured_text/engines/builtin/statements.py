@@ -28,7 +28,7 @@ Branches = list[tuple[str, tuple[t.Statement, ...]]]
 #: Largest number of branches in one Python `if`.
 _BRANCHES = 50
 #: Matches variables of a POU that an expression assigns; generated names are lower case.
-_WRITTEN = re.compile(r"[( ]([A-Z]\w*) := ")
+_WRITTEN = re.compile(r"[( ]([^\W\da-z]\w*) := ")
 
 
 class Writer:
@@ -310,7 +310,8 @@ class Writer:
         if _may_wrap(node):
             self._emit(f"t_ = {counter}")
             self._emit(f"{counter} = {code}")
-            step = self._code.exact(node.step)
+            constant = isinstance(node.step, t.Constant)
+            step = f"({node.step.value})" if constant else self._code.exact(node.step)  # type: ignore[union-attr]
             self._emit(f"if {counter} != t_ + {step}: break")
         else:
             self._emit(f"{counter} = {code}")

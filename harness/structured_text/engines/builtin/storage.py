@@ -12,7 +12,7 @@ from typing import Any
 
 from structured_text.engines.builtin.blocks import CLASSES
 from structured_text.language.scalars import ANY_STRING, MOMENTS, SIGNED, WIDTH
-from structured_text.language.sizes import places_of, size_of
+from structured_text.language.sizes import bits_of, places_of, size_of
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import (
     ArrayType,
@@ -115,6 +115,10 @@ class Storage:
         if isinstance(kind, ReferenceType):
             return "null"
         return "no_block" if isinstance(kind, InterfaceType) else repr(initial)
+
+    def made(self, kind: Type, values: Sequence[str]) -> str:
+        """Return code that makes a structure of values that are code."""
+        return f"s_{self._name(kind)}({', '.join(values)})"
 
     def _created(self, kind: Type, initial: Sequence[Any]) -> str:
         """Return the code for the elements of an array; it is short if all elements are equal."""
@@ -275,10 +279,11 @@ class Storage:
         )
         self.lines += [
             "class b_globals:",
-            f"    __slots__ = {('now', *slots)!r}",
+            f"    __slots__ = {('now', 'heap', *slots)!r}",
             "    def __init__(self):",
             "        g = self",
             "        self.now = 0",
+            "        self.heap = Heap()",
             *(f"        self.{slot} = {code}" for slot, (_, code) in slots.items()),
             *functions,
         ]
@@ -305,9 +310,10 @@ def _layout_of(kind: Type) -> str:
     if isinstance(kind, ArrayType):
         return f"Row({_layout_of(kind.element)}, {array_length(kind)})"
     if isinstance(kind, StructType):
-        pairs = zip(kind.fields, places_of(kind), strict=True)
+        each = zip(kind.fields, places_of(kind), bits_of(kind), strict=True)
         fields = "".join(
-            f"({name.upper()!r}, {place}, {_layout_of(field)}), " for (name, field), place in pairs
+            f"({name.upper()!r}, {place}, {_layout_of(field) if bit is None else f'Bit({bit})'}), "
+            for (name, field), place, bit in each
         )
         return f"Record(({fields}), {size_of(kind)}, {kind.union})"
     return "Pointer()"

@@ -26,6 +26,7 @@ __all__ = [
     "MISSING",
     "Matiec",
     "Message",
+    "RefusedCodeError",
     "TranslationError",
     "Wanted",
     "compile_program",
@@ -67,7 +68,7 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
 
     Raises:
         TranslationError: iec2c reports an error in the text.
-        InputError: The C compiler fails.
+        RefusedCodeError: The C compiler refuses the code of iec2c.
     """
     parts = [
         text,
@@ -96,10 +97,38 @@ def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
         try:
             return compile_shared(compiler, ("-std=gnu11", "-I", str(matiec.headers)), unit)
         except CompilerError as error:
-            raise InputError(
-                f"the C compiler refuses what iec2c made of the program: {error.reason}",
-                hint=f"check {compiler}, and that iec2c and its lib/C belong together",
-            ) from None
+            raise RefusedCodeError(error.reason, _where(error.reason, target)) from None
+
+
+class RefusedCodeError(Exception):
+    """The error for C code of iec2c that the C compiler refuses.
+
+    Args:
+        reason: The first error of the C compiler.
+        pou: Name of the POU in whose code it is, in upper case; empty if it is not known.
+    """
+
+    def __init__(self, reason: str, pou: str) -> None:
+        self.reason = reason
+        self.pou = pou
+        super().__init__(reason)
+
+
+#: A place in a message of gcc or clang.
+_C_PLACE = re.compile(r"([\w.]+\.[ch]):(\d+):")
+#: The first line of a function in the C code of iec2c; its name is that of the POU.
+_C_FUNCTION = re.compile(r"^[A-Za-z_]\w*[ *]+(\w+?)(?:_body__|_init__)?\(")
+
+
+def _where(reason: str, folder: Path) -> str:
+    """Return the name of the POU in whose C code an error is; empty if it is in none."""
+    place = _C_PLACE.search(reason)
+    file = folder / place[1] if place else None
+    if place is None or file is None or not file.is_file():
+        return ""
+    lines = file.read_text(encoding="utf-8", errors="replace").splitlines()[: int(place[2])]
+    names = (match[1].upper() for line in reversed(lines) if (match := _C_FUNCTION.match(line)))
+    return next(names, "")
 
 
 def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:

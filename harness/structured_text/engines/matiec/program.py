@@ -10,10 +10,17 @@ from __future__ import annotations
 import struct
 
 from structured_text.engines.base import Value
-from structured_text.engines.matiec.build import Matiec, TranslationError, Wanted, compile_program
+from structured_text.engines.matiec.build import (
+    Matiec,
+    RefusedCodeError,
+    TranslationError,
+    Wanted,
+    compile_program,
+)
 from structured_text.engines.matiec.source import (
     HIDDEN_INSTANCE,
     explain,
+    explain_code,
     hidden_instance,
     join_sources,
 )
@@ -80,6 +87,8 @@ class MatiecProgram(NativeProgram):
             image = compile_program(source.text, wanted, matiec, compiler)
         except TranslationError as error:
             raise explain(error, source, project, matiec) from None
+        except RefusedCodeError as error:
+            raise explain_code(error, project) from None
         return cls(project, image)
 
 

@@ -9,12 +9,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from structured_text.engines.matiec.build import Matiec, TranslationError
+from structured_text.engines.matiec.build import Matiec, RefusedCodeError, TranslationError
 from structured_text.errors import InputError
 from structured_text.language.project import Project
 from structured_text.language.source import origin, source_text
 
-__all__ = ["HIDDEN_INSTANCE", "SourceText", "explain", "hidden_instance", "join_sources"]
+__all__ = [
+    "HIDDEN_INSTANCE",
+    "SourceText",
+    "explain",
+    "explain_code",
+    "hidden_instance",
+    "join_sources",
+]
 
 #: C name of the program instance if the sources have no CONFIGURATION. The default `Main` may be
 #: the name of the program itself, and matiec refuses an instance with the name of its type.
@@ -107,6 +114,19 @@ def explain(
         f"iec2c failed with status {error.status} and said: {said}",
         file=source.files[0] if len(source.files) == 1 else None,
         hint=f"check the installation of matiec: {matiec.iec2c}",
+    )
+
+
+def explain_code(error: RefusedCodeError, project: Project) -> InputError:
+    """Return the error for C code that the C compiler refuses, at the POU that it was made of."""
+    pou = project.pous.get(error.pou)
+    unit = next((unit for unit in project.units if unit.name.upper() == error.pou), None)
+    said = error.reason.split("error: ", 1)[-1]
+    return InputError(
+        f"matiec makes C code{f' of {pou.name}' if pou else ''} that does not compile: {said}",
+        file=unit.file if unit else None,
+        line=unit.line if unit else None,
+        hint="this is a fault of matiec: write it another way, or use --engine builtin",
     )
 
 

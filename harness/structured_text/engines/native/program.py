@@ -8,6 +8,7 @@ program. A snapshot is a copy of their bytes.
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import struct
 import tempfile
@@ -94,7 +95,9 @@ class NativeProgram(OfProject):
     dialect: Dialect
 
     def __init__(self, project: Project, image: bytes) -> None:
-        self.tick_us = project.tick_us
+        # A native scheduler counts in the tick of the tasks, also for programs without a task.
+        intervals = [task.interval_us for task in project.tasks]
+        self.tick_us = math.gcd(*intervals) if intervals else None
         self.project = project
         self._image = image
         library, self.close = _load_private_copy(self, image)

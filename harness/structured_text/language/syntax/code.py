@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 __all__ = [
     "Argument",
     "Assign",
     "AssignChain",
+    "Assigned",
     "Binary",
     "Call",
     "CallStatement",
@@ -33,6 +34,7 @@ __all__ = [
     "Return",
     "Statement",
     "This",
+    "TypeName",
     "Unary",
     "Variable",
     "While",
@@ -169,9 +171,26 @@ class Invoke:
     at: Position
 
 
+@dataclass(frozen=True)
+class Assigned:
+    """An assignment inside an expression, `(target := value)`: its value is that of the target."""
+
+    target: Variable
+    value: Expression
+    at: Position
+
+
+@dataclass(frozen=True)
+class TypeName:
+    """A type as an argument, as in `__NEW(POINTER TO INT, 3)`; `spec` is its specification."""
+
+    spec: Any
+    at: Position
+
+
 Variable = Name | Field | Index | Part | Dereference | This
 #: A `Variable` may also begin with a call: `f(…).x`.
-Expression = Literal | Variable | Unary | Binary | Call | Invoke
+Expression = Literal | Variable | Unary | Binary | Call | Invoke | Assigned | TypeName
 
 
 # --- statements ----------------------------------------------------------------------------
@@ -207,11 +226,15 @@ class Latch:
 
 @dataclass(frozen=True)
 class CallStatement:
-    """A call as a statement: of a block instance, a function, a method or an action."""
+    """A call as a statement: of a block instance, a function, a method or an action.
+
+    `bare` is true for a name alone, without parentheses.
+    """
 
     callee: Variable
     arguments: tuple[Argument, ...]
     at: Position
+    bare: bool = False
 
 
 @dataclass(frozen=True)

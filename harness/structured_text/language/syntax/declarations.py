@@ -14,11 +14,13 @@ from structured_text.language.syntax.code import (
     Position,
     Range,
     Statement,
+    Variable,
 )
 
 __all__ = [
     "ArrayInit",
     "ArraySpec",
+    "ConfigEntry",
     "Configuration",
     "Declaration",
     "EnumSpec",
@@ -49,13 +51,18 @@ __all__ = [
 class NamedSpec:
     """A type given by its name; `length` is the length of a STRING.
 
-    `arguments` are the arguments behind the name of a block: `Front : Drive(Axis := 1);`.
+    `generics` are the values of the generic constants of a block: `Buffer<6>`.
+
+    `arguments` are the arguments behind the name of a block: `Front : Drive(Axis := 1);`. `empty`
+    is true for parentheses without arguments: `Start : R_TRIG();`.
     """
 
     name: Name
     at: Position
     length: Expression | None = None
     arguments: tuple[Argument, ...] = ()
+    empty: bool = False
+    generics: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -79,12 +86,16 @@ class ArraySpec:
 
 @dataclass(frozen=True)
 class EnumSpec:
-    """An enumeration `(MEMBER, MEMBER := 5, …)`; `values` has one entry per member."""
+    """An enumeration `(MEMBER, MEMBER := 5, …)`; `values` has one entry per member.
+
+    `attributes` are the names in its pragmas `{attribute 'strict'}` and `{attribute 'to_string'}`.
+    """
 
     members: tuple[Name, ...]
     at: Position
     values: tuple[Expression | None, ...] = ()
     base: NamedSpec | None = None
+    attributes: frozenset[str] = frozenset()
 
     @property
     def explicit(self) -> bool:
@@ -160,12 +171,14 @@ class Section:
     """A VAR … END_VAR section; `kind` is its upper-case opening word.
 
     `qualifier` is CONSTANT if the section has it, else the first qualifier, or empty.
+    `access` is its access word in upper case, as in `VAR PRIVATE`, or empty.
     """
 
     kind: str
     qualifier: str
     variables: tuple[VarDecl, ...]
     at: Position
+    access: str = ""
 
 
 @dataclass(frozen=True)
@@ -273,6 +286,20 @@ class ProgramInstance:
 
 
 @dataclass(frozen=True)
+class ConfigEntry:
+    """The address or initial value of a variable of an instance, in VAR_CONFIG.
+
+    `path` leads from the program to the variable: `Main.Front.Ready`.
+    """
+
+    path: Variable
+    address: Name | None
+    spec: TypeSpec
+    initial: Init | None
+    at: Position
+
+
+@dataclass(frozen=True)
 class Configuration:
     """A CONFIGURATION with at most one RESOURCE."""
 
@@ -308,6 +335,7 @@ class Source:
         namespaces: The namespaces that it declares and uses.
         characters: Length of its text.
         tokens: Number of words, numbers and signs.
+        entries: The entries of VAR_CONFIG.
     """
 
     file: Path
@@ -318,3 +346,4 @@ class Source:
     namespaces: tuple[Namespace, ...] = ()
     characters: int = 0
     tokens: int = 0
+    entries: tuple[ConfigEntry, ...] = ()

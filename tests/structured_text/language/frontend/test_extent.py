@@ -144,7 +144,7 @@ def test_a_name_has_an_end(mistakes_of: Errors) -> None:
 
     Source: docs/reference/limits.md, programs.
     """
-    error, _ = mistakes_of(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
+    (error,) = mistakes_of(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
     assert error.message == f"this name has 100,000 characters: {'y' * 40}..."
 
 
@@ -159,7 +159,7 @@ def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) 
 
 def test_comments_behind_names_in_a_case_are_looked_at_once(mistakes_of: Errors) -> None:
     """Source: docs/reference/limits.md."""
-    rows = "y; (* *) (* *)\n" * 60
+    rows = "y (* *) (* *)\n" * 60
     found = mistakes_of(
         f"PROGRAM Own VAR x, y: INT; END_VAR CASE x OF 1: y := 1;\n{rows}END_CASE; END_PROGRAM"
     )

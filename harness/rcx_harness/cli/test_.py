@@ -1,0 +1,140 @@
+"""`rcx test`: run the unit tests that a program has in Structured Text."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cell.sources import source_files
+from rcx_harness.cli.options import (
+    Device,
+    Dialect,
+    Lib,
+    Replace,
+    Sources,
+    replacements,
+    with_options,
+)
+from rcx_harness.cli.progress import progress_bar
+from rcx_harness.testing.suites import FRAMEWORK
+from structured_text.coverage.output import check_fail_under, check_folder, conclude
+from structured_text.coverage.parts import merge, part_of
+from structured_text.engines.builtin.collector import Collector, counting
+from structured_text.errors import InputError, legible
+from structured_text.output.files import replace_files
+from structured_text.testing.suites.junit import check_junit, junit_xml
+from structured_text.testing.suites.run import LONGEST, run_suites
+from structured_text.testing.suites.text import results_text
+
+__all__ = ["test_"]
+
+#: Default folder of the coverage report.
+_COVERAGE = Path("out/coverage")
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of `rcx test`."""
+
+    files: Sources
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="Run only this test, suite or Suite.Test; * is allowed. Repeatable."),
+    ] = None
+    junit: Annotated[Path | None, typer.Option(help="Write the results as JUnit XML.")] = None
+    duration: Annotated[
+        str, typer.Option("--for", help="Virtual time after which unfinished tests are given up.")
+    ] = LONGEST
+    scan: Annotated[
+        str | None, typer.Option(help="Period of the scan. Default: the task's, or 10ms.")
+    ] = None
+    lib: Lib = None
+    replace: Replace = None
+    dialect: Dialect = None
+    device: Device = ""
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="Count which statements and branches run, and MC/DC.")
+    ] = False
+    coverage_out: Annotated[
+        Path | None, typer.Option(help="Folder of the coverage's report. Default: out/coverage.")
+    ] = None
+    cover_fail_under: Annotated[
+        str | None,
+        typer.Option(help="Exit code 1 where less of statements and branches is covered [%]."),
+    ] = None
+
+
+@with_options(Options)
+def test_(given: Options) -> None:
+    """Run the unit tests of a program: TcUnit suites, in virtual time, without TwinCAT.
+
+    Suites are blocks that extend FB_TestSuite; a program calls RUN or RUN_IN_SEQUENCE. Leave the
+    library TcUnit itself out: its interface is built in. Files with TEST blocks, as STruC++ has
+    them, run as well.
+
+    Exit code: 0 if all tests have passed, 1 if a test has failed or not finished, or with too
+    little coverage, 2 on bad input.
+    """
+    collector = _collector(given)
+    sources = source_files(
+        given.files, given.lib, replacements(given.replace), given.dialect, given.device
+    )
+    if given.junit is not None:
+        check_junit(given.junit, sources)
+    if collector is not None:
+        collector.leave_out(FRAMEWORK.folder)
+    with (
+        progress_bar("testing", shown=True) as progress,
+        counting(collector) if collector else nullcontext(),
+    ):
+        results = run_suites(
+            sources,
+            FRAMEWORK,
+            scan=given.scan,
+            longest=given.duration,
+            only=given.only or (),
+            progress=progress,
+        )
+    if given.junit is not None:
+        replace_files({given.junit: junit_xml(results)})
+    for note in sources.notes:
+        if f"library {FRAMEWORK.namespace} is" not in note:  # its interface is built in
+            print(legible(f"note: {note}"))
+    print(legible(results_text(results)))
+    if given.junit is not None:
+        print(f"written: {given.junit}")
+    covered = True
+    if collector is not None:
+        percent = given.cover_fail_under
+        outcome = conclude(
+            merge([part_of(collector)]),
+            Path.cwd(),
+            given.coverage_out or _COVERAGE,
+            fail_under=None if percent is None else float(percent),
+            width=shutil.get_terminal_size((100, 24)).columns,
+        )
+        print(f"\n{outcome.text}")
+        covered = outcome.passed
+    if not (results.passed and covered):
+        sys.stdout.flush()
+        raise typer.Exit(1)
+
+
+def _collector(given: Options) -> Collector | None:
+    """Return the coverage collector, if coverage is requested (InputError: bad options)."""
+    folder, percent = given.coverage_out, given.cover_fail_under
+    if not given.coverage:
+        for option, value in {"--coverage-out": folder, "--cover-fail-under": percent}.items():
+            if value is not None:
+                raise InputError(f"{option}: no coverage is counted", hint="add --coverage")
+        return None
+    if percent is not None:
+        check_fail_under("--cover-fail-under", percent)
+    check_folder(folder or _COVERAGE)
+    return Collector(library=False)

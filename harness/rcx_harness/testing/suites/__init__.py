@@ -1,0 +1,41 @@
+"""The unit-test framework whose suites `rcx test` runs: the interface of TcUnit, as our own text.
+
+TcUnit is the most used unit-test framework of TwinCAT. `st` has the Structured Text: what a suite
+may call. It follows the public documentation of TcUnit (https://tcunit.org, API and FAQ).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from structured_text.testing.suites.framework import Framework
+
+__all__ = ["FRAMEWORK"]
+
+FRAMEWORK = Framework(
+    folder=Path(__file__).resolve().parent / "st",
+    namespace="TcUnit",
+    suite="FB_TestSuite",
+    run=("RUN", "RUN_IN_SEQUENCE"),
+    note="RcxTest_Note",
+    selected="RcxTest_Selected",
+    suites="RcxTest_Suites",
+    count="RcxTest_Count",
+    current="RcxTest_Suite_Number",
+    started="RcxTest_Started",
+    done="RcxTest_Done",
+    aborted="RcxTest_Aborted",
+    case="RcxTest_Case",
+    words={
+        "counts": "RcxCounts",
+        "fail": "RcxFail",
+        "text": "RcxText",
+        "advance": "RcxTest_Advance",
+        "mock": "RcxTest_Mock",
+        "calls": "RcxTest_Calls",
+        "returns": "RcxTest_Returns",
+        "test": "TEST",
+        "finished": "TEST_FINISHED",
+        "run": "RUN",
+    },
+)

@@ -1,0 +1,206 @@
+"""Public repositories of Structured Text whose share of accepted files is measured.
+
+Nothing of them is in this repository. Fetch them into one folder, each at the commit of the table:
+
+    git clone https://github.com/<name> <folder>/<owner>+<repository>
+    git -C <folder>/<owner>+<repository> checkout <commit>
+
+`RCX_REPOSITORIES` names the folder. Repositories that are not in it are left out, with a message.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from rcx_tools.bench.refusals import Reviewed
+from structured_text.errors import InputError
+
+__all__ = ["DIALECTS", "REPOSITORIES", "Repository", "how_to_get"]
+
+
+@dataclass(frozen=True)
+class Repository:
+    """A public repository, and which of its files make a program.
+
+    Attributes:
+        name: Owner and repository.
+        commit: The measured commit.
+        tool: The tool that its files are written for.
+        together: Patterns of files, folders or projects; all of them are one program.
+        each: Patterns of files, folders or projects; each of them is a program of its own.
+        libraries: Patterns of what belongs to each of these programs as well.
+        device: The device of a CODESYS project with several ones.
+        leaves_out: A pattern of paths that are not measured, with the reason in a comment.
+        reviewed: Messages that were read by a person and are no gap.
+        beyond: Constructs on which its programs depend and which are refused by name; with them it
+            is measured without a target.
+    """
+
+    name: str
+    commit: str
+    tool: str
+    together: tuple[str, ...] = ()
+    each: tuple[str, ...] = ()
+    libraries: tuple[str, ...] = ()
+    device: str = ""
+    leaves_out: str = ""
+    reviewed: tuple[Reviewed, ...] = ()
+    beyond: str = ""
+
+    def folder(self, root: Path) -> Path:
+        """Return the folder of the checkout."""
+        return root / self.name.replace("/", "+")
+
+    def programs(self, root: Path) -> Iterator[list[Path]]:
+        """Yield the entries of each program.
+
+        Raises:
+            InputError: a pattern matches nothing, so the checkout is not the measured one.
+        """
+        folder = self.folder(root)
+        if self.together:
+            yield [path for pattern in self.together for path in self._found(folder, pattern)]
+        shared = [path for pattern in self.libraries for path in self._found(folder, pattern)]
+        for pattern in self.each:
+            yield from ([path, *shared] for path in self._found(folder, pattern))
+
+    def _found(self, folder: Path, pattern: str) -> list[Path]:
+        paths = [
+            path
+            for path in sorted(folder.glob(pattern))
+            if not self.leaves_out or not re.search(self.leaves_out, path.as_posix())
+        ]
+        if not paths:
+            raise InputError(
+                f"{self.name} has nothing at {pattern}", hint=f"check out {self.commit}"
+            )
+        return paths
+
+
+def how_to_get() -> str:
+    """Return the commands that fetch the repositories, as lines for the user."""
+    return "\n".join(
+        f"git clone https://github.com/{one.name} {one.name.replace('/', '+')} && "
+        f"git -C {one.name.replace('/', '+')} checkout {one.commit}"
+        for one in REPOSITORIES
+    )
+
+
+#: Dialects of tools whose files do not say them.
+DIALECTS = {"SIMATIC AX": "ax"}
+_TWINCAT, _CODESYS, _AX, _TIA = "TwinCAT", "CODESYS", "SIMATIC AX", "TIA Portal"
+_BEREMIZ, _OSCAT, _LOGIX = "Beremiz", "CODESYS 2.3", "Logix"
+
+#: The measured repositories. They were chosen for their tools and sizes, not for their results.
+REPOSITORIES = (
+    Repository(
+        "tcunit/TcUnit",
+        "d447f95dff584cd9ae856784b189315a05ff93f1",
+        _TWINCAT,
+        together=("**/*.plcproj",),
+    ),
+    Repository(
+        "stefanbesler/struckig",
+        "0bc321d79dc40de268836eda6691347b1065f2d2",
+        _TWINCAT,
+        together=("Struckig/**/*.plcproj", "tests/**/*.plcproj"),
+        each=("examples/**/*.plcproj",),
+        libraries=("Struckig/**/*.plcproj",),
+    ),
+    Repository(
+        "fisothemes/TwinCat-Dynamic-Collections",
+        "d1317df9075d339b8cc6a6d1a9be42acdccc95de",
+        _TWINCAT,
+        together=("src/**/*.plcproj",),
+    ),
+    Repository(
+        "pcdshub/lcls-twincat-general",
+        "02ece2d1975fcf851e0f23f7799177b402036367",
+        _TWINCAT,
+        together=("**/*.plcproj",),
+    ),
+    Repository(
+        "trofimich/TwinCAT.OpenFramework",
+        "62cb3d27e8a539943719fc385c119ec0c5b9816e",
+        _TWINCAT,
+        together=("Sources/**/*.plcproj",),
+        beyond="generic constants of blocks (VAR_GENERIC), exceptions (__TRY), jumps",
+    ),
+    Repository(
+        "WitchCraftWorks/IEC61131-3-CDSV3",
+        "b58814361e1bc4b83391c249d80681d6e264d37d",
+        _CODESYS,
+        each=("*/exports/*PLCopenXML.xml",),
+    ),
+    Repository(
+        "MichielVanwelsenaere/HomeAutomation.CoDeSys3",
+        "298b7bfd73761792e480cad00f342dc38d54a763",
+        _CODESYS,
+        each=("src/Exports/PLCopen.xml",),
+        device="Wago_PFC200_G1_Lab",
+    ),
+    Repository(
+        "simsum/oscat",
+        "ccc5f45ebda082d0f87f50eadf23ff29e39cf9ba",
+        _OSCAT,
+        together=("*.EXP",),
+    ),
+    Repository(
+        "simatic-ax/LAxisCtrl",
+        "6452b7171f3c7274f5928c36134172782a5eb1d4",
+        _AX,
+        together=("src", "test"),
+    ),
+    Repository(
+        "simatic-ax/conversion",
+        "8b377b58f7cd83c330287c2385909e628f332b2e",
+        _AX,
+        together=("src", "test"),
+    ),
+    Repository(
+        "simatic-ax/lpmlv2022",
+        "116cf053fb24e6b49eb619ea1400b7372653a81a",
+        _AX,
+        together=("src", "test"),
+    ),
+    Repository(
+        "simatic-ax/lacyccom-procedural",
+        "bc06ee9e39749bb883dccf8ab5ee4f937695f211",
+        _AX,
+        together=("src", "test"),
+    ),
+    Repository(
+        "simatic-ax/statemachine",
+        "6dd29b09bbd1323956ac49719c31b56efd752b4d",
+        _AX,
+        together=("src", "test"),
+    ),
+    Repository(
+        "germancorrederaserrano/NREL-ROSCO-Wind_Turbine-SCL-TIAPORTAL",
+        "27704af99d428c7920d317a5a060bf3c0a3cbad6",
+        _TIA,
+        together=("*.scl",),
+    ),
+    Repository(
+        "wonka929/OSCAT_OpenPLC",
+        "7805d6df1fba4b0de666a1a720b51971c7af8afa",
+        _BEREMIZ,
+        each=("*/*/plc.xml",),
+    ),
+    Repository(
+        "Autonomy-Logic/STruCpp",
+        "fb7980f5385d33ce60c87fb9395f15f55c6bc477",
+        _BEREMIZ,
+        together=("libs/sources/additional-function-blocks", "libs/sources/iec-standard-fb"),
+        each=("examples/*.st",),
+    ),
+    Repository(
+        "johnpuksta/l5x-lint",
+        "4f03e2b6d71105f04258f069d9c36d74bfe1b0c3",
+        _LOGIX,
+        each=("tests/unit/data/valid/*/*.L5X",),
+    ),
+)

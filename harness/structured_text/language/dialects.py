@@ -1,0 +1,175 @@
+"""Dialects: what a program computes where PLC tools differ, from the table `dialects.toml`.
+
+The paths of the sources say the dialect (`source.in_dialect`), because a program, its copies and
+its library travel as paths through all commands. The environment variable, which `--dialect` sets,
+counts for paths that say none.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
+
+from structured_text.errors import InputError, near
+from structured_text.output.toml_files import load_toml
+
+__all__ = ["IEC", "Dialect", "Row", "chosen", "dialect_of", "dialects", "rows", "rules_of", "using"]
+
+#: Name of the dialect of plain Structured Text.
+IEC = "iec"
+#: The table of all differences.
+TABLE = Path(__file__).with_name("dialects.toml")
+#: The environment variable for the dialect of sources that say none.
+VARIABLE = "RCX_DIALECT"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table: the answer of some tools to a question.
+
+    Attributes:
+        rule: The name of the question.
+        title: The question.
+        tools: Names of dialects.
+        value: The answer, as the code reads it.
+        meaning: The answer in words.
+        source: Where the tool's maker says so.
+        also: What is the same for all tools.
+    """
+
+    rule: str
+    title: str
+    tools: tuple[str, ...]
+    value: str | int
+    meaning: str
+    source: str
+    also: str
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """The rules of a tool; the fields are the rules of `dialects.toml`, with the values there.
+
+    Attributes:
+        name: Its name, as `--dialect` takes it.
+        title: The tools.
+        time_unit: `s` or `ms`.
+        counters: `preset`, `unsigned` or `type`.
+        operands: `needed` or `both`.
+        integers: `own` or `dint`.
+        text: Number of characters of a plain STRING.
+        real_by_zero: `stop` or `infinite`.
+        root: `stop`, `nan` or `absolute`.
+        pace: `scan`.
+        start: `declared`.
+    """
+
+    name: str
+    title: str
+    time_unit: str
+    counters: str
+    operands: str
+    integers: str
+    text: int
+    real_by_zero: str
+    root: str
+    pace: str
+    start: str
+
+    def unit_ns(self, moment: str) -> int:
+        """Return the unit [ns] in which a duration or date of this type is a number."""
+        if moment.startswith("L"):
+            return 1
+        return 1_000_000 if self.time_unit == "ms" and moment in ("TIME", "TOD") else 1_000_000_000
+
+    @property
+    def is_standard(self) -> bool:
+        """Return whether it computes as the dialect of plain Structured Text does."""
+        mine, standard = vars(self), vars(rules_of(IEC))
+        return all(mine[one] == standard[one] for one in mine if one not in ("name", "title"))
+
+
+@lru_cache(maxsize=1)
+def _table() -> dict[str, Any]:
+    return load_toml(TABLE)
+
+
+@lru_cache(maxsize=1)
+def rows() -> tuple[Row, ...]:
+    """Return all rows of the table, in its order."""
+    rules = _table()["rules"]
+    return tuple(
+        Row(
+            row["rule"],
+            rules[row["rule"]]["title"],
+            tuple(row["tools"]),
+            row["value"],
+            rules[row["rule"]][str(row["value"])],
+            row["source"],
+            rules[row["rule"]].get("also", ""),
+        )
+        for row in _table()["row"]
+    )
+
+
+def dialects() -> dict[str, str]:
+    """Return the names of all dialects, each with its tools."""
+    return dict(_table()["tools"])
+
+
+@cache
+def rules_of(name: str) -> Dialect:
+    """Return the rules of a dialect, or raise InputError for an unknown name."""
+    known = dialects()
+    if name not in known:
+        hint = near(name, list(known), "use")
+        raise InputError(f"there is no dialect {name!r}", hint=hint)
+    values: dict[str, Any] = {row.rule: row.value for row in rows() if name in row.tools}
+    return Dialect(name, known[name], **values)
+
+
+def chosen() -> str:
+    """Return the dialect that the user has named for this process; empty if none.
+
+    Raises:
+        InputError: There is no such dialect.
+    """
+    name = os.environ.get(VARIABLE, "")
+    return rules_of(name).name if name else ""
+
+
+@contextmanager
+def using(name: str | None) -> Iterator[None]:
+    """Read all sources in this dialect, also in the processes that are started meanwhile.
+
+    None changes nothing.
+
+    Raises:
+        InputError: There is no such dialect.
+    """
+    if name is None:
+        yield
+        return
+    before = os.environ.get(VARIABLE)
+    os.environ[VARIABLE] = rules_of(name).name
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[VARIABLE]
+        else:
+            os.environ[VARIABLE] = before
+
+
+def dialect_of(paths: Iterable[Path]) -> str:
+    """Return the dialect of a program: that of the first source that says one.
+
+    If none does, it is the chosen one, and otherwise that of plain Structured Text.
+    """
+    said = (getattr(path, "dialect", "") for path in paths)
+    return next(filter(None, said), "") or chosen() or IEC

@@ -1,0 +1,184 @@
+"""Each mistake gives one message, at the place that the user must change.
+
+The lines and columns are counted by hand; the remedies are the words of IEC 61131-3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from structured_text.errors import InputError, similar
+
+Errors = Callable[..., list[InputError]]
+
+_IF = "the IF of this line has no END_IF"
+
+#: Statements from line 3 on: line and column of the message, its text, and its hint.
+_STATEMENTS = [
+    # The end of a group is missing.
+    ("IF B THEN\n I := 1;", 3, 1, _IF, "write END_IF before the END_PROGRAM of line 5"),
+    ("IF B THEN\n I := 1;\nIF B THEN\n I := 2;\nEND_IF;", 3, 1, _IF,
+     "write END_IF before the END_PROGRAM of line 8"),
+    ("FOR I := 1 TO 3 DO\n WHILE B DO\n  B := FALSE;\n END_WHILE;", 3, 1,
+     "the FOR of this line has no END_FOR", "write END_FOR before the END_PROGRAM of line 7"),
+    ("CASE I OF\n1: IF B THEN I := 2;\nEND_CASE;", 4, 4, _IF,
+     "write END_IF before the END_CASE of line 5"),
+    ("REPEAT\n IF B THEN I := 2; END_IF;\nUNTIL B", 3, 1,
+     "the REPEAT of this line has no END_REPEAT",
+     "write END_REPEAT before the END_PROGRAM of line 6"),
+    # ELSE IF.
+    ("IF B THEN\n I := 1;\nELSE IF I = 2 THEN\n I := 3;\nEND_IF;", 5, 1,
+     "ELSE IF opens a second IF, so the IF of line 3 has no END_IF", "write ELSIF"),
+    # The end of another kind, and words of other languages.
+    ("IF B THEN\n I := 1;\nEND_WHILE;", 5, 1, "END_WHILE does not end the IF of line 3",
+     "write END_IF"),
+    ("IF B THEN\n I := 1;\nELSEIF I = 2 THEN\n I := 2;\nEND_IF;", 5, 1,
+     "ELSEIF is not a word of Structured Text", "write ELSIF"),
+    ("IF B THEN\n I := 1;\nENDIF;", 5, 1, "ENDIF is not a word of Structured Text", "write END_IF"),
+    # Signs and words that are missing, or are those of C.
+    ("IF I = 1\n I := 2;\nEND_IF;", 3, 9, "THEN is missing", "write it after '1'"),
+    ("FOR I := 1 TO 3\n B := TRUE;\nEND_FOR;", 3, 16, "DO is missing", "write it after '3'"),
+    ("I = 1;", 3, 3, "= compares, and does not assign", "write :="),
+    ("IF I == 1 THEN I := 2; END_IF;", 3, 6, "== is an operator of C", "write = to compare"),
+    ("IF B && B THEN I := 2; END_IF;", 3, 6, "&& is an operator of C", "write AND"),
+    # Exceptions.
+    ("__TRY\n I := 1;\n__CATCH(I)\n I := 2;\n__ENDTRY", 3, 1,
+     "__TRY is not supported: nothing raises an exception that a program could catch",
+     "leave out __TRY, __CATCH and __ENDTRY, and test values before they are used"),
+    ("__TRY\n I := 1;\n__FINALLY\n I := 2;\n__ENDTRY;\n__TRY I := 3; __CATCH(I) __ENDTRY", 3, 1,
+     "__TRY is not supported (2 places): nothing raises an exception that a program could catch",
+     "leave out __TRY, __CATCH and __ENDTRY, and test values before they are used"),
+    # Jumps.
+    ("".join(f"l{number}: I := 1;\n" for number in range(123)), 3, 1,
+     "labels and jumps are not supported (123 labels in this file)", "use IF, or a loop with EXIT"),
+    ("again: I := I + 1;\nIF B THEN JMP again; END_IF;", 3, 1,
+     "labels and jumps are not supported (1 label and 1 jump in this file)",
+     "use IF, or a loop with EXIT"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("body", "line", "column", "message", "hint"), _STATEMENTS)
+def test_a_mistake_in_a_body_is_one_message(
+    body: str, line: int, column: int, message: str, hint: str, mistakes_of: Errors
+) -> None:
+    """Source: by hand."""
+    source = f"PROGRAM P1\nVAR I : INT; B : BOOL; END_VAR\n{body}\nEND_PROGRAM\n"
+    (error,) = mistakes_of(source)
+    assert (error.line, error.column) == (line, column)
+    assert (error.message, error.hint) == (message, hint)
+
+
+def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
+    """Both groups are named, and the next POU is read.
+
+    Source: by hand.
+    """
+    source = (
+        "FUNCTION_BLOCK B1\nVAR I : INT; END_VAR\nFOR I := 1 TO 3 DO\nIF I = 1 THEN\nI := 2;\n"
+        "END_FUNCTION_BLOCK\nPROGRAM P1\nVAR A : B1; I : INT; END_VAR\nI := Nothing;\nEND_PROGRAM\n"
+    )
+    assert {(error.line, error.message) for error in mistakes_of(source)} == {
+        (3, "the FOR of this line has no END_FOR"),
+        (4, "the IF of this line has no END_IF"),
+        (9, "Nothing is not declared"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("source", "line", "message"),
+    [
+        ("FUNCTION_BLOCK B1\nVAR A : INT; END_VAR\nA := 1;\nEND_PROGRAM\n", 4,
+         "END_PROGRAM does not end the FUNCTION_BLOCK of line 1"),
+        ("FUNCTION_BLOCK B1\nVAR A : INT; END_VAR\nA := 1;\n", 1,
+         "the FUNCTION_BLOCK of this line has no END_FUNCTION_BLOCK"),
+        ("TYPE S1 : STRUCT\n A : INT;\nEND_STRUCT;\n", 1, "the TYPE of this line has no END_TYPE"),
+        ("TYPE S1 : STRUCT\n A : INT;\nEND_TYPE\n", 1, "the STRUCT of this line has no END_STRUCT"),
+    ],
+)  # fmt: skip
+def test_a_declaration_without_its_end_is_named(
+    source: str, line: int, message: str, mistakes_of: Errors
+) -> None:
+    """The program behind it is read.
+
+    Source: by hand.
+    """
+    rest = "PROGRAM P1\nVAR A : INT; END_VAR\nA := Nothing;\nEND_PROGRAM\n"
+    first, second = mistakes_of(source + rest)
+    assert (first.line, first.message) == (line, message)
+    assert second.message == "Nothing is not declared"
+
+
+@pytest.mark.parametrize(
+    ("section", "line", "message", "before"),
+    [
+        ("VAR I : INT;\nIF TRUE THEN I := 2; END_IF;", 2, "the VAR section", "IF of line 3"),
+        ("VAR I : INT;\nVAR_INPUT A : INT; END_VAR", 2, "the VAR section", "VAR_INPUT of line 3"),
+        ("VAR_INPUT\n I : INT;", 2, "the VAR_INPUT section", "END_FUNCTION_BLOCK of line 4"),
+    ],
+)
+def test_a_section_without_its_end_is_named(
+    section: str, line: int, message: str, before: str, mistakes_of: Errors
+) -> None:
+    """Source: by hand."""
+    (error,) = mistakes_of(f"FUNCTION_BLOCK B1\n{section}\nEND_FUNCTION_BLOCK\n")
+    assert (error.line, error.message) == (line, f"{message} has no END_VAR")
+    assert error.hint == f"write END_VAR before the {before}"
+
+
+@pytest.mark.parametrize(
+    ("source", "said", "name"),
+    [
+        ('DATA_BLOCK "oscillator"\nVAR\n x : Real;\nEND_VAR\nBEGIN\n x := 5;\nEND_DATA_BLOCK',
+         'DATA_BLOCK "oscillator"', "source0.db"),
+        ("DATA_BLOCK Motor_DB\nBEGIN\nEND_DATA_BLOCK", "DATA_BLOCK Motor_DB", "source0.db"),
+        ('FUNCTION_BLOCK "Motor"\nVERSION : 0.1\nBEGIN\n #n := #n + 1;\nEND_FUNCTION_BLOCK',
+         'FUNCTION_BLOCK "Motor"', "source0.scl"),
+        ('ORGANIZATION_BLOCK "Main"\nBEGIN\nEND_ORGANIZATION_BLOCK', 'ORGANIZATION_BLOCK "Main"',
+         "source0.scl"),
+        ('TYPE "UDT_x"\nSTRUCT\n a : Int;\nEND_STRUCT;\nEND_TYPE', 'TYPE "UDT_x"', "source0.udt"),
+    ],
+)  # fmt: skip
+def test_a_source_in_scl_is_recognised(
+    source: str, said: str, name: str, mistakes_of: Errors
+) -> None:
+    """Source: TIA Portal's external sources; the endings are those that are read as SCL."""
+    (error,) = mistakes_of(source)
+    assert error.line == 1
+    assert said in error.message
+    assert error.hint == f"name the file {name}, then it is read as SCL"
+
+
+@pytest.mark.parametrize(
+    "body",
+    ["DATA_BLOCK := 1;", "ENDIF := 2;", "I := ENDIF + ELSEIF;", "ELSEIF := DATA_BLOCK;"],
+)
+def test_such_words_may_be_names(body: str, mistakes_of: Errors) -> None:
+    """Source: IEC 61131-3: they are no keywords."""
+    names = "DATA_BLOCK, ENDIF, ELSEIF, I : INT;"
+    assert mistakes_of(f"PROGRAM P1\nVAR {names} END_VAR\n{body}\nEND_PROGRAM\n") == []
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [("FB_Pumps", "did you mean FB_Pump"), ("POSITIONT", "did you mean POSITION_T"),
+     ("DIN", "did you mean DINT"), ("R_TRG", "did you mean R_TRIG"),
+     ("MC_MoveAbsolute", "name its file, too, or check the spelling")],
+)  # fmt: skip
+def test_a_similar_name_is_proposed_for_an_unknown_type(
+    name: str, hint: str, mistakes_of: Errors
+) -> None:
+    """Source: by hand."""
+    (error,) = mistakes_of(
+        "TYPE POSITION_T : STRUCT X : INT; END_STRUCT; END_TYPE\n"
+        "FUNCTION_BLOCK FB_Pump VAR N : INT; END_VAR N := 1; END_FUNCTION_BLOCK\n"
+        f"PROGRAM P1\nVAR A : {name}; END_VAR\nEND_PROGRAM\n"
+    )
+    assert (error.message, error.hint) == (f"there is no type {name}", hint)
+
+
+def test_case_and_underscores_do_not_count_for_similar_names() -> None:
+    """Source: by hand."""
+    assert similar("FB_MOVE_PTP", ["FB_MovePtp", "FB_Jog"]) == ["FB_MovePtp"]
+    assert similar("Axis", ["FB_MovePtp", "FB_Jog"]) == []
