@@ -137,7 +137,7 @@ def test_an_input_of_any_type_gives_pointer_size_and_class(
         ("N := F_Clear(W);", "ANY_INT does not take a WORD"),
         ("N := F.Size(X);", "ANY_STRING does not take a INT"),
         ("N := F_Class(F);", "ANY does not take a FB1"),
-        ("N := F_Class();", "the input A of F_Class is missing"),
+        ("N := F_Class();", "F_Class takes 1 arguments, not 0"),
         ("N := F_Class(Q);", "Q is not declared"),
     ],
 )
