@@ -183,6 +183,7 @@ def test_circles_and_floors_are_found() -> None:
     assert circle in (["a", "b", "a"], ["b", "a", "b"])
 
 
+@pytest.mark.exhaustive
 def test_no_test_reaches_into_private_names(repository: Path) -> None:
     """Source: CONTRIBUTING.md, tests."""
     files = sorted((repository / "tests").rglob("*.py"))

@@ -173,6 +173,7 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
         machine.close()
 
 
+@pytest.mark.exhaustive
 def test_tests_on_a_bench_judge_mutants_of_a_program(motor: str, tmp_path: Path) -> None:
     """The motor that is the button, or nothing else, is seen by a test that presses it."""
     (tmp_path / "motor.st").write_text(

@@ -95,6 +95,7 @@ def test_a_seed_of_a_campaign_shows_a_planted_fault(name: str, there: Path) -> N
     assert _failures(planted(there / "good", home=HANDSHAKES), _SEEDS[name]) == {}
 
 
+@pytest.mark.exhaustive
 def test_a_campaign_names_the_lines_that_no_seed_has_reached(there: Path, capsys: Captured) -> None:
     """Seed 5 runs the whole loop; the new subroutine in lines 14 to 16 is not called."""
     cell = planted(there, home=HANDSHAKES)

@@ -9,6 +9,7 @@ import pytest
 
 from both_engines import ENGINES
 from pick_bench import picking
+from tiers import sampled
 
 _PULSES = 8_388_607.0
 _ARCH = {"ArchAxis": 3, "ArchUnit": "UNIT_PULSES"}
@@ -81,7 +82,7 @@ _CASES: list[tuple[dict[str, Any], int]] = [
 ]
 
 
-@pytest.mark.parametrize(("pins", "error"), _CASES, ids=str)
+@pytest.mark.parametrize(("pins", "error"), sampled(_CASES, 3), ids=str)
 def test_an_illegal_input_is_refused_at_once(pins: dict[str, Any], error: int) -> None:
     """Source: remote command guide 4.2.1, 4.2.5, 4.2.17, 4.5.1; design of the library, 2."""
     plc = picking(**pins)

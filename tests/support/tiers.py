@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from typing import Any
 
 import pytest
 
@@ -37,6 +38,22 @@ def keep_samples(items: Iterable[pytest.Item], *, whole: bool) -> None:
     if whole and wanted != found:
         gone = ", ".join(sorted(wanted - found))
         raise pytest.UsageError(f"no such tests, though exhaustive(but=...) names them: {gone}")
+
+
+def sampled(rows: Iterable[Any], every: int) -> list[Any]:
+    """Return parameters of which the quick tier keeps only some.
+
+    Args:
+        rows: The values; a tuple has the values of several parameters.
+        every: The quick tier keeps the first row and each row of this distance.
+    """
+    return [
+        pytest.param(
+            *(row if isinstance(row, tuple) else (row,)),
+            marks=pytest.mark.exhaustive if number % every else (),
+        )
+        for number, row in enumerate(rows)
+    ]
 
 
 def without_engine(items: list[pytest.Item]) -> list[str]:

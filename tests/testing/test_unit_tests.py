@@ -324,6 +324,7 @@ def test_suites_in_sequence_begin_when_the_one_before_has_finished(tmp_path: Pat
     assert tests["Quick"].began_us == 30_000
 
 
+@pytest.mark.exhaustive
 def test_of_several_programs_without_tasks_those_run_that_call_the_suites(tmp_path: Path) -> None:
     """Source: docs/how-to/unit-tests.md."""
     other = "PROGRAM Other\nVAR i : INT; END_VAR\n// RUN();\ni := 1 / i;\nEND_PROGRAM\n"
@@ -453,6 +454,7 @@ def test_a_junit_file_replaces_no_file_of_another_kind(
     assert other.read_text() == "mine"
 
 
+@pytest.mark.exhaustive
 def test_coverage_counts_the_program_without_the_framework(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -478,6 +480,7 @@ _OBJECT = """<?xml version="1.0" encoding="utf-8"?>
 """
 
 
+@pytest.mark.exhaustive
 def test_a_twincat_project_runs_as_it_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
