@@ -177,6 +177,7 @@ def test_a_command_with_many_options_shows_the_rare_ones_in_panels() -> None:
     assert seen == rare
 
 
+@pytest.mark.exhaustive(but=["", "run", "check", "test", "serve"])
 @pytest.mark.parametrize("words", [[], *([name] for name in COMMANDS)], ids=" ".join)
 def test_h_is_short_for_help(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     """Source: what most commands of a shell understand."""

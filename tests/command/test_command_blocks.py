@@ -27,6 +27,8 @@ pytestmark = [
     pytest.mark.parametrize("engine", ENGINES, scope="module"),
     pytest.mark.parametrize("name", list(BLOCKS), scope="module"),
 ]
+#: The quick tier keeps every second block in the tests that take the most time.
+_SOME = pytest.mark.exhaustive(but=[f"builtin-{name}" for name in list(BLOCKS)[::2]])
 
 _NOTHING = [0] * WORDS
 
@@ -159,6 +161,7 @@ def test_the_telegram_has_what_the_pins_say(
         _check(reading, pins, plc.exchange(pins))
 
 
+@_SOME
 def test_every_value_of_every_field_can_be_sent(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
@@ -241,6 +244,7 @@ def test_the_inputs_are_sampled_on_the_rising_edge(
         plc.finish()
 
 
+@_SOME
 def test_the_outputs_show_the_response(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
@@ -265,6 +269,7 @@ def test_the_outputs_show_the_response(
         before = expected
 
 
+@_SOME
 def test_an_abnormal_end_clears_the_outputs_and_shows_the_alarm(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:

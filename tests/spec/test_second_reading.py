@@ -35,6 +35,8 @@ class Difference:
 every_command = pytest.mark.parametrize(
     "reading", READINGS.values(), ids=[f"{code:03X}" for code in READINGS]
 )
+#: The quick tier keeps every third command in the tests that take the most time.
+some_commands = pytest.mark.exhaustive(but=[f"{code:03X}" for code in list(READINGS)[::3]])
 
 
 @every_command
@@ -106,6 +108,7 @@ def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
         pytest.fail(f"{reading}:\n  " + "\n  ".join(wrong))
 
 
+@some_commands
 @every_command
 def test_requests_are_legal_where_the_commands_section_says_so(reading: Reading) -> None:
     """Values at and beside each limit, under each flag that changes it.
@@ -130,6 +133,7 @@ def test_requests_are_legal_where_the_commands_section_says_so(reading: Reading)
     _agree(reading, wrong)
 
 
+@some_commands
 @every_command
 def test_each_bit_alone_is_legal_where_the_commands_section_says_so(reading: Reading) -> None:
     """Bits that are fixed 0, words that are not used, and flags that exclude each other.
