@@ -207,8 +207,8 @@ def test_time_without_a_robot_counts_for_the_hold_time() -> None:
     assert scene.until_run() == 1
 
 
-def test_a_program_that_has_not_run_since_the_loss_holds_it_up() -> None:
-    """Two beats: the first may be of a scan that had begun before."""
+def test_a_program_that_has_not_run_since_the_loss_delays_the_restart() -> None:
+    """The program runs again after two beats: the first may be of a scan from before the loss."""
     scene = Scene(beats=False, limits=Limits(_LIMITS.gap_us, 60_000 * _MS, _LIMITS.hold_us))
     assert scene.go(100).reason == "its program has not run since"
     scene.beat += 1

@@ -120,7 +120,7 @@ def test_each_option_reaches_the_connection() -> None:
         (["--connect", "127.0.0.1", "--from", "here"], "--from 'here' is not an IPv4 address"),
         (
             ["--connect", "127.0.0.1", "--jitter", "2ms"],
-            "--jitter is for virtual time: in real time the operating system decides",
+            "--jitter is for virtual time: in real time the network has its own jitter",
         ),
         (
             ["--connect", "127.0.0.1", "--config-instance", "x"],

@@ -239,7 +239,7 @@ def test_where_the_robot_is_becomes_the_point_of_the_panel() -> None:
 
 
 def test_a_point_can_be_taught_with_the_servos_off() -> None:
-    """Source: guide 4.2.9: its section asks for no servo."""
+    """Source: guide 4.2.9; the section does not require the servos to be on."""
     plc = OperatorBench()
     plc.outputs(SO02=False, scans=2)
     assert plc.can("Teach") == [True]

@@ -105,7 +105,7 @@ def _pallet(positions: str, first_point: str) -> str:
         ("[shifts]\n1 = [1, 2, 3, 4, 5]", 2, "'shifts.1' needs at most 4 numbers in mm", ""),
         ("[shifts]\n1 = [3e6]", 2, "'shifts.1' cannot be 3000000000", "32 bit"),
         ("[hands.5]\n1 = [1]", 2, "'hands.5.1' cannot be 5", "robot 1 to 4"),
-        ("[hands]\n1 = [1]", 2, "'hands.1' is not a robot's table", "[hands.1]"),
+        ("[hands]\n1 = [1]", 2, "'hands.1' must be a table", "[hands.1]"),
         ("[hands.1]\n32 = [1]", 2, "'hands.1.32' is not a hand", "31"),
         ("[hands.1]\n1 = [0.5]", 2, "'hands.1.1' needs at most 4 integers", ""),
         ("[hands.1]\n1 = [0, 0, 0, 2]", 2, "'hands.1.1' cannot be 2", "data 4 is 0 or 1"),

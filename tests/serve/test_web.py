@@ -1,4 +1,4 @@
-"""The web page's server: what it gives, what it takes, whom it refuses."""
+"""The server of the web page: its pages, the requests it accepts, and those it refuses."""
 
 from __future__ import annotations
 

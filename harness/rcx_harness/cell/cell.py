@@ -219,7 +219,7 @@ class Cell(Bench):
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             positions: `"pulses"` or `"mm"`: the trace records the positions of the robots.
             replace: ST files for POUs of a project, by the POU's name.
-            dialect: The tool as which the program is computed; default: that of the project's
+            dialect: The PLC tool whose behaviour the program gets; default: that of the project's
                 format, or plain Structured Text.
             device: The device to read of a project with several devices.
             connect: An external controller instead of a virtual one; `robot` must be None then, and

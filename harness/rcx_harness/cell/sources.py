@@ -32,7 +32,7 @@ def source_files(
         lib: Folder of the library, searched with its subfolders; None for the one of this
             package.
         replace: Files with Structured Text for POUs of a project, by name.
-        dialect: The tool as which the program is computed; None for that of its format.
+        dialect: The PLC tool whose behaviour the program gets; None: the tool of its format.
         device: The device to read of a project with several devices.
     """
     folder = default_lib() if lib is None else Path(lib)

@@ -51,11 +51,11 @@ Replace = Annotated[
         help="Use this ST file instead of a POU of a project: POU=file.st. May be repeated."
     ),
 ]
-#: The tool as which a program is computed.
+#: The PLC tool whose behaviour a program gets.
 Dialect = Annotated[
     str | None,
     typer.Option(
-        help="The tool as which the program is computed, such as codesys or tia. "
+        help="The PLC tool whose behaviour the program gets, such as codesys or tia. "
         "Default: that of the project's format, or iec."
     ),
 ]

@@ -253,8 +253,8 @@ class RunOptions(CellOptions):
             raise InputError("only a real network runs in real time", hint="add --link enip")
         if parse_us(self.jitter):
             raise InputError(
-                "--jitter is for virtual time: in real time the operating system decides",
-                hint="leave --jitter or --realtime out",
+                "--jitter is for virtual time: in real time the network has its own jitter",
+                hint="remove --jitter",
             )
         return "enip-realtime"  # of --connect the link is another, whatever is said here
 

@@ -18,7 +18,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
     "dialect": {
         "metavar": "NAME",
-        "help": "the tool as which the program is computed, such as codesys or tia",
+        "help": "the PLC tool whose behaviour the program gets, such as codesys or tia",
     },
     "link": {"choices": ("direct", "enip"), "help": "network; enip: real EtherNet/IP packets"},
     "seed": {"type": int, "metavar": "N", "help": "seed of all that is drawn"},

@@ -174,7 +174,10 @@ def _replacements(home: Path, given: Any) -> dict[str, Path]:
 def _pair(text: str) -> tuple[str, str]:
     name, is_, file = (part.strip() for part in text.partition("="))
     if not (name and is_ and file):
-        raise InputError(f"rcx_replace: {text!r}", hint="write it as POU=file.st")
+        raise InputError(
+            f"rcx_replace: {text!r} does not have the form POU=file.st",
+            hint="write for example Main=cell/Main.st",
+        )
     return name, file
 
 

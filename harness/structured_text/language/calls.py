@@ -123,6 +123,10 @@ def standard_arguments(
         if key in given:
             raise scope.error(f"{argument.name.text} is given twice", argument.at)
         given[key] = argument
+    unknown = next((name for name in given if name not in names), None)
+    if unknown is not None:
+        text = f"{node.function.text} has no input {unknown}"
+        raise scope.error(text, node.at, f"use {', '.join(names)}")
     if len(given) != len(pins) or set(given) != {name for name, _ in pins}:
         raise scope.error(
             f"{node.function.text} needs {', '.join(name for name, _ in pins)}", node.at

@@ -291,9 +291,10 @@ class Generic:
 
 @dataclass(frozen=True)
 class Query:
-    """The test whether the block of an interface is one of `blocks`, by upper-case name.
+    """A call of `__QUERYINTERFACE` or `__QUERYPOINTER`; `blocks` are upper-case names of blocks.
 
-    If it is, the target becomes that block, or a pointer to it. If not, the target becomes 0.
+    If the block of `source` is one of them, `target` becomes that block, or a pointer to it, and
+    the result is TRUE. Otherwise `target` becomes 0 and the result is FALSE.
     """
 
     source: Expression

@@ -165,7 +165,7 @@ def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[
         (name, file), (other, second), *_ = sorted(tools.items())
         raise InputError(
             f"the files are of two tools: {file} of {name}, {second} of {other}",
-            hint=f"say as which tool the program is computed: --dialect {name} or {other}",
+            hint=f"choose the tool whose behaviour the program gets: --dialect {name} or {other}",
         )
     if not tools and is_ax(own):
         return "ax"

@@ -177,7 +177,7 @@ def test_sizes_and_bounds_are_constants(evaluate: Evaluate) -> None:
     [
         ("I := TO_INT(E);", "TO_INT is not defined for Words"),
         ("I := TO_INT();", "TO_INT takes 1 arguments, not 0"),
-        ("I := TO_INT(OTHER := 1);", "TO_INT needs IN"),
+        ("I := TO_INT(OTHER := 1);", "TO_INT has no input OTHER"),
         ("D := DATE_TO_TOD(D);", "there is no function DATE_TO_TOD"),
         ("D := TO_DATE(C);", "TO_DATE is not defined for CHAR"),
         ("I := TRUNC_INT(S);", "a LREAL is expected here, not a STRING"),

@@ -1,4 +1,4 @@
-"""The pages of the blocks: current, from runs that ended as they say, and right where it counts."""
+"""The pages of the blocks are current, their examples end as stated, and their values are right."""
 
 from __future__ import annotations
 

@@ -490,7 +490,7 @@ def test_the_page_tells_the_figures_of_each_kind() -> None:
     assert rows["seeded bugs found"](figures) == "78 of 79"
 
 
-# --- the bugs of this repository ---
+# --- the seeded bugs in seeded.toml ---
 
 _BUGS = bugs(Path(__file__).with_name("seeded.toml"))
 #: Mutants whose test file is quick, with that file.

@@ -165,7 +165,8 @@ def _pallet(key: str, entry: Any) -> Pallet:
 def _hands(robot: int, entry: Any) -> Iterator[tuple[int, Hand]]:
     key = f"hands.{robot}"
     if not isinstance(entry, dict):
-        raise InputError(f"'{key}' is not a robot's table", hint="write [hands.1] to [hands.4]")
+        hint = f"write [{key}], then for example 3 = [10000, -2000, 5000, 0]"
+        raise InputError(f"'{key}' must be a table", hint=hint)
     last = f"they are 0 to {COUNTS['hands'] - 1}"
     for number, data in _numbered(key, entry, "a hand", last, COUNTS["hands"]):
         wire = _numbers(f"{key}.{number}", data, 4, 1, "integers as on the wire")

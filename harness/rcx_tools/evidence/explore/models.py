@@ -151,7 +151,7 @@ _OUTPUTS = (
 
 
 def _both(wire: Wire) -> str:
-    """Give both answers as soon as one of the inputs is ON."""
+    """Return the situation's label: both answers are ON if an input is ON, else both are OFF."""
     there = wire.bits & 0x0402
     return "servo on, program runs" if there else "servo off, program stands"
 
