@@ -84,7 +84,7 @@ def test_every_variable_of_the_statements_is_marked(sources: Sources, text: str)
 
 def test_pins_have_the_types_and_defaults_of_the_sources(text: str) -> None:
     block = _block(text, "FB_MovePtp")
-    assert "      Timeout : TIME := T#60s;   // longest wait for the end; T#0s = none" in block
+    assert "      Timeout : TIME := T#60s;   // longest wait for the end; T#0s = no limit" in block
     assert "      SpeedMode : INT := 0;" in block, "an enumeration"
     assert "      Pulses : Array[1..6] of DINT;" in block, "a named array"
     assert '      Robot : "RCX_REF";' in block
