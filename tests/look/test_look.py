@@ -145,7 +145,10 @@ def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captur
         (["--rpi", "1ms"], "0x0112, the packet interval is not acceptable"),
         (["--rpi", "1ms"], "; the shortest that it takes is 2 ms; try --rpi 2ms\n"),
         (["--heartbeat", "77"], "0x012A, there is no such consuming connection point"),
-        (["--heartbeat", "77"], "heartbeat connection point is another; name it with --heartbeat"),
+        (
+            ["--heartbeat", "77"],
+            "it has a different heartbeat connection point; name it with --heartbeat",
+        ),
         (["--config-instance", "77"], "0x0129, there is no such configuration instance"),
         (["--config-instance", "77"], "or none; name it with --config-instance"),
         (["--config-instance", "1", "--config-data", "0102"], "give its data with --config-data"),

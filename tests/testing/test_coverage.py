@@ -117,7 +117,7 @@ def test_the_workers_of_xdist_count_together(run: Run) -> None:
 def test_the_counts_of_a_dead_worker_are_reported_as_missing(run: Run) -> None:
     dies = "import os\ndef test_dies(cell):\n    cell.scan()\n    os._exit(3)\n"
     result = run(dies + _DARK, "--rcx-coverage", "--max-worker-restart=1", workers=1)
-    result.stdout.fnmatch_lines(["worker gw0 died: what it counted is missing"])
+    result.stdout.fnmatch_lines(["worker gw0 died: its counts are missing"])
     assert _table(result) == ["plc/Lamp.st 75.0 % 3/4 50.0 % 1/2 0.0 % 0/1 6"]
     assert "gw1 died" not in result.stdout.str()
 

@@ -79,7 +79,9 @@ def test_a_worker_that_is_killed_changes_nothing(tmp_path: Path) -> None:
 def test_a_state_that_no_worker_gets_through_is_named_by_its_number(tmp_path: Path) -> None:
     for number in range(4):
         (tmp_path / str(number)).touch()
-    with pytest.raises(LostError, match=r"^3 workers have ended with state \d+, ended by SIGKILL"):
+    with pytest.raises(
+        LostError, match=r"^3 workers died while they worked on state \d+: ended by SIGKILL"
+    ):
         explored(1, deaths=tmp_path)
 
 

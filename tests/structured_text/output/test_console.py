@@ -81,11 +81,15 @@ def test_unprintable_characters_are_shown_as_codes(text: str, shown: str) -> Non
 
 @pytest.mark.exhaustive
 def test_lines_count_as_drawn_only_with_every_character_that_is_printed(repository: Path) -> None:
-    """Those of the pages that `verify` writes are of UTF-8 files."""
+    """Those of the pages that `verify` writes are of UTF-8 files.
+
+    Two modules do not print their characters: they look for them in a text.
+    """
+    searched = "structured_text.projects.plcopen_tasks", "structured_text.testing.suites.junit"
     texts = {
         name: "".join(_texts(ast.parse(file.read_text(encoding="utf-8"))))
         for name, file in shipped(repository).items()
-        if not name.startswith("structured_text.coverage.html")
+        if not name.startswith("structured_text.coverage.html") and name not in searched
     }
     known = {one for one in texts.pop("structured_text.output.console") if not one.isascii()}
     assert len(known) == 17

@@ -221,7 +221,7 @@ def test_a_worker_with_other_sources_is_refused(tmp_path: Path, repository: Path
         with worker, pytest.raises(InputError) as caught:
             list(Farm(cluster=Cluster(address)).run(math.factorial, [1]))
     assert re.fullmatch(
-        r"the worker tcp://127\.0\.0\.1:\d+ is not like this computer: its sources \w{16} here, "
+        r"the worker tcp://127\.0\.0\.1:\d+ differs from this computer: its sources \w{16} here, "
         r"\w{16} there; install the same rcx-harness and distributed on both",
         str(caught.value),
     )
@@ -247,7 +247,7 @@ def test_a_later_worker_with_other_sources_is_refused(tmp_path: Path, repository
         running = Farm(cluster=Cluster(address)).run(process_number, itertools.count())
         _, first = next(running)
         did = {first}
-        told = pytest.raises(InputError, match=r"^a worker on .* is not like this computer: its")
+        told = pytest.raises(InputError, match=r"^a worker on .* differs from this computer: its")
         with worker_with(other_package(tmp_path, repository), address), told:
             for _, worker in running:
                 did.add(worker)
