@@ -144,7 +144,8 @@ def _inputs(block: Block, command: Command) -> list[_Row]:
         rows.append(("RobotNumber", "INT", f"1 to 4; 0 = {command.robot_zero}"))
     for pin in (*([block.select] if block.select else []), *block.inputs):
         rows.append((pin.pin, _type(pin), pin.comment))
-    rows.append(("Timeout", f"TIME := {block.timeout}", "longest wait for the end; T#0s = no limit"))
+    limit = "longest wait for the end; T#0s = no limit"
+    rows.append(("Timeout", f"TIME := {block.timeout}", limit))
     return rows
 
 
