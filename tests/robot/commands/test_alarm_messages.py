@@ -12,8 +12,9 @@ ROBOT_2 = 0x2000
 
 
 def test_the_example_shows_the_10th_message() -> None:
-    """Alarm 12.551 of the EtherNet/IP unit in option slot 1 of controller 1 (C1O1) is the 10th
-    message.
+    """The 10th message is alarm 12.551 of the EtherNet/IP unit in option slot 1.
+
+    The place C1O1 means controller 1, option slot 1.
 
     Rule: messages, alarm-places.
     Source: remote command guide 4.7.7
