@@ -19,7 +19,7 @@ BENCH = ROOT / "tests/data/library/Bench.st"
 
 
 def compiled(text: str, engine: str = "auto") -> Program:
-    """Build a program from its text, with what it needs of the library."""
+    """Build a program from its text and the library blocks that it needs."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "Program.st"
         file.write_text(text, encoding="utf-8")
@@ -27,11 +27,11 @@ def compiled(text: str, engine: str = "auto") -> Program:
 
 
 class PlcBench:
-    """A program that is scanned every 10 ms: Bench.st, or the file or the text that is given.
+    """A program that is scanned every 10 ms: Bench.st, or the given file or text.
 
-    Its areas lie at offset `m` and `n`. With the margin of 20 ms the dedicated inputs change at
-    least 120 ms, 12 scans, apart. With `contract` every scan of every block is judged by the
-    contract monitor.
+    Its areas lie at offset `m` and `n`. With the margin of 20 ms, the dedicated inputs change at
+    least 120 ms, 12 scans, apart. With `contract`, the contract monitor checks every scan of every
+    block.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class PlcBench:
         return self.program.snapshot(), self.now_us, bytes(self.so), judged
 
     def restore(self, snapshot: Any) -> None:
-        """Begin again from `snapshot`."""
+        """Continue from `snapshot`."""
         program, self.now_us, so, judged = snapshot
         self.program.restore(program)
         self.so[:] = so
@@ -83,7 +83,7 @@ class PlcBench:
             self._monitor.restore(judged)
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; the area `so` is what each of them reads."""
+        """Run scans, each of which reads the area `so`."""
         for _ in range(count):
             image = bytearray(self.program.read_bytes("Main.InputArea"))
             image[self.m : self.m + len(self.so)] = self.so
@@ -139,12 +139,12 @@ class PlcBench:
         self.scan(scans)
 
     def complete(self, status: int = 0x0200, response: Sequence[int] = ()) -> None:
-        """Let the command that is out end with this status in a scan; then the status is reset."""
+        """Let the command end with this status in a scan, then reset the status."""
         self.answer(status, response, scans=1)
         self.answer(0)
 
     def give(self, block: str, code: int, *, most: int = 100) -> None:
-        """Let an FB_RemoteCommand give a command, and scan until its code is out."""
+        """Let an FB_RemoteCommand send a command, and scan until its code is on the wire."""
         self[f"{block}.Code"] = code
         self.scan_until(lambda: self.words[0] == code, most=most, execute=block)
 
@@ -155,13 +155,13 @@ class PlcBench:
 
     @property
     def words(self) -> list[int]:
-        """Return SIW(0) to SIW(15) as written: code and data."""
+        """Return SIW(0) to SIW(15) from the output image: code and data."""
         area = self.image[self.n : self.n + 32]
         return [int.from_bytes(area[2 * k : 2 * k + 2], "little") for k in range(16)]
 
     @property
     def inputs(self) -> list[str]:
-        """Return the dedicated inputs that are ON as written, such as `["SI00", "SI06"]`."""
+        """Return the dedicated inputs that are ON in the output image, as in `["SI00", "SI06"]`."""
         return [
             f"SI{byte}{bit}"
             for byte in (0, 1)
