@@ -104,7 +104,7 @@ def test_an_unknown_command_is_answered_and_the_session_goes_on(
         "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004 00",  # a byte too many
         "00000000 0000 0300 0000 0000 B200 0800 0E03 2004 2464 3004",  # a missing item
         "00000000 0000 0200 A100 0400 01000000 B100 0800 0E03 2004 2464 3004",  # connected
-        "00000000 0000 0200 0000 0200 0000 B200 0800 0E03 2004 2464 3004",  # a null address with data
+        "00000000 0000 0200 0000 0200 0000 B200 0800 0E03 2004 2464 3004",  # null address with data
         "00000000 0000 0200 0000 0000 B200 0100 0E",  # an incomplete CIP request
     ],
 )

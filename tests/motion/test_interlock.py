@@ -69,7 +69,7 @@ class Table:
 
     @property
     def shown(self) -> str:
-        """Return Valid, Busy, Error or none as a letter per robot, with * while it holds the area."""
+        """Return a letter per robot for Valid, Busy, Error or none, and * while it holds."""
         letters = []
         for k in _ROBOTS:
             on = [name[0] for name in ("Valid", "Busy", "Error") if self[f"Lock{k}.{name}"]]

@@ -1,4 +1,4 @@
-"""rcx probe, rehearsed against a virtual controller with every key set both ways."""
+"""rcx probe is run on a virtual controller, with every key set to several values."""
 
 from __future__ import annotations
 
@@ -21,27 +21,46 @@ from tiers import sampled
 
 #: For each question: its keys, each with the assumed value and other values.
 KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
-    "versions": {"host_version": (0x0108, 0x0112), "host_revision": (0x0030, 0x0031),
-                 "fpga_version": (0x1001, 0x1002), "driver_version": (0x0101, 0x0201)},
-    "option-slots": {"option_slots": ((0x0401, 0x0100, 0, 0), (0, 0x0401, 0, 0)),
-                     "ivy2_unit": (0, 3), "absent_controller_alarm": ("4.2", "4.213")},
+    "versions": {
+        "host_version": (0x0108, 0x0112),
+        "host_revision": (0x0030, 0x0031),
+        "fpga_version": (0x1001, 0x1002),
+        "driver_version": (0x0101, 0x0201),
+    },
+    "option-slots": {
+        "option_slots": ((0x0401, 0x0100, 0, 0), (0, 0x0401, 0, 0)),
+        "ivy2_unit": (0, 3),
+        "absent_controller_alarm": ("4.2", "4.213"),
+    },
     "settings": {"manual_speed": (20, 30), "inching_amount": (100, 50)},
     "wrong-format": {"format_alarm": ("4.2", "4.202"), "strict_unused_words": (True, False)},
     "absent": {"absent_robot_alarm": ("4.2", "4.204"), "no_axis_alarm": ("4.2", "4.205")},
     "undefined-point": {"undefined_point_alarm": ("4.2", "6.204")},
-    "undefined-data": {"undefined_data_alarm": ("", "6.205"),
-                       "comment_filler": ("zeros", "spaces")},
+    "undefined-data": {
+        "undefined_data_alarm": ("", "6.205"),
+        "comment_filler": ("zeros", "spaces"),
+    },
     "undefined-pallet": {"undefined_pallet_alarm": ("4.2", "6.236")},
-    "undefined-program": {"undefined_program_alarm": ("4.2", "3.203"),
-                          "undefined_task_alarm": ("4.2", "6.262")},
+    "undefined-program": {
+        "undefined_program_alarm": ("4.2", "3.203"),
+        "undefined_task_alarm": ("4.2", "6.262"),
+    },
     "name-filler": {"name_filler": ("spaces", "zeros")},
     "position-flags": {"position_flag_bit0": (True, False), "position_hand": (False, True)},
-    "command-times": {"command_accept_delay": (0.0, 50.0), "command_delay": (10.0, 60.0),
-                      "status_reset_delay": (0.0, 40.0), "skip_run_status": ("always",)},
+    "command-times": {
+        "command_accept_delay": (0.0, 50.0),
+        "command_delay": (10.0, 60.0),
+        "status_reset_delay": (0.0, 40.0),
+        "skip_run_status": ("always",),
+    },
     "first-image-command": {"first_image_commands": (True, False)},
     "mp-ready": {"mp_ready_in_emergency_stop": (True, False)},
-    "emergency-stop": {"emergency_stop_delay": (0.0, 40.0), "emergency_release_delay": (5.0, 45.0),
-                       "alarm_reset_delay": (20.0, 80.0), "reset_in_emergency_stop": (False, True)},
+    "emergency-stop": {
+        "emergency_stop_delay": (0.0, 40.0),
+        "emergency_release_delay": (5.0, 45.0),
+        "alarm_reset_delay": (20.0, 80.0),
+        "reset_in_emergency_stop": (False, True),
+    },
     "interval": {"min_interval": (100.0, 50.0, 0.0)},
     "late-level": {"late_levels": (True, False)},
     "first-image": {"recovery_edges": (False, True)},
@@ -53,12 +72,17 @@ KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
     "program-reset": {"reset_clears_outputs": (False, True), "program_reset_delay": (20.0, 90.0)},
     "warning": {"reset_clears_warning": (False, True)},
     "undefined-code": {"undefined_code_alarm": ("4.2", "12.75")},
-    "changed-command": {"changed_command_status": ("run", "ready"),
-                        "early_command_waits": (False, True)},
+    "changed-command": {
+        "changed_command_status": ("run", "ready"),
+        "early_command_waits": (False, True),
+    },
     "changed-data": {"data_belong_to_command": (True, False)},
     "servo-off": {"servo_off_alarm": ("4.2", "6.301")},
-    "arithmetic": {"overflow_alarm": ("4.2", "6.252"), "division_alarm": ("4.2", "6.203"),
-                   "real_to_integer": ("round", "truncate")},
+    "arithmetic": {
+        "overflow_alarm": ("4.2", "6.252"),
+        "division_alarm": ("4.2", "6.203"),
+        "real_to_integer": ("round", "truncate"),
+    },
     "points": {"point_unit_alarm": ("4.2", "6.205"), "several_elements": (True, False)},
     "pallet": {"work_position_alarm": ("4.2", "6.283")},
     "impossible-date": {"impossible_date_alarm": ("4.2", "4.203")},
@@ -67,24 +91,39 @@ KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
     "manual-mode": {"manual_mode_alarm": ("4.2", "0.20"), "start_needs_auto": (True, False)},
     "safety-setting": {"safety_keeps_stops": (True, False)},
     "main-power": {"main_power_alarm": ("", "12.601")},
-    "power-cycle": {"power_on_emergency_alarm": (False, True),
-                    "link_error_alarm": ("12.551", "12.550"), "link_error_latches": (False, True),
-                    "power_clears_internal_outputs": (True, False),
-                    "power_loses_settings": (False, True), "power_loses_origin": (True, False),
-                    "auto_mode": (True, False), "origin_complete": (True, False),
-                    "program_is_reset": (False, True)},
+    "power-cycle": {
+        "power_on_emergency_alarm": (False, True),
+        "link_error_alarm": ("12.551", "12.550"),
+        "link_error_latches": (False, True),
+        "power_clears_internal_outputs": (True, False),
+        "power_loses_settings": (False, True),
+        "power_loses_origin": (True, False),
+        "auto_mode": (True, False),
+        "origin_complete": (True, False),
+        "program_is_reset": (False, True),
+    },
     "servo-on": {"servo_on_delay": (50.0, 120.0), "servo_on_with_alarm": (False, True)},
-    "motor-power": {"servo_needs_motor_power": (True, False),
-                    "motor_power_alarm": ("4.2", "6.300")},
+    "motor-power": {
+        "servo_needs_motor_power": (True, False),
+        "motor_power_alarm": ("4.2", "6.300"),
+    },
     "unasked-positions": {"unasked_positions_zero": (True, False)},
-    "program": {"program_needs_servo": (False, True), "reset_while_running": (False, True),
-                "program_info_while_running": (True, False),
-                "motor_power_stops_program": (True, False), "busy_alarm": ("4.2", "6.280"),
-                "program_start_delay": (20.0, 100.0), "program_stop_delay": (5.0, 80.0)},
+    "program": {
+        "program_needs_servo": (False, True),
+        "reset_while_running": (False, True),
+        "program_info_while_running": (True, False),
+        "motor_power_stops_program": (True, False),
+        "busy_alarm": ("4.2", "6.280"),
+        "program_start_delay": (20.0, 100.0),
+        "program_stop_delay": (5.0, 80.0),
+    },
     "program-in-manual-mode": {"manual_mode_stops_program": (True, False)},
-    "sequence": {"sequence_program": (True, False), "emergency_stops_sequence": (False, True),
-                 "sequence_delay": (5.0, 60.0)},
-}  # fmt: skip
+    "sequence": {
+        "sequence_program": (True, False),
+        "emergency_stops_sequence": (False, True),
+        "sequence_delay": (5.0, 60.0),
+    },
+}  # fmt: skip // Properties or events that a controller needs so that a question has a result.
 #: Properties or events that a controller needs so that a question gives a result.
 PREPARED: dict[str, dict[str, Any]] = {"arm": {"scara_robots": (2,)}}
 NO_HOST = Subject("192.168.0.10", "RCX340", "A. B.", "2030-12-31")
@@ -101,13 +140,13 @@ def _prepare(line: StationLine) -> None:
 
 
 def _agreed(line: StationLine) -> Person:
-    """Return a user who confirms every step and does everything at the cell."""
+    """Return a simulated user who confirms every step and does everything at the cell."""
     return Person(lambda one: True, line.happen, lambda text: None)
 
 
 @pytest.mark.parametrize(("name", "key", "value"), sampled(CASES, 3))
 def test_the_report_is_right_with_every_key_set_both_ways(name: str, key: str, value: Any) -> None:
-    """Assumptions that hold are confirmed; the others are refuted, with the controller's value."""
+    """A correct assumption is confirmed. A wrong one is refuted, with the controller's value."""
     config = {**PREPARED.get(name, {}), key: value}
     outcome = rehearsed(name, prepare=_prepare, **config)
     assert not outcome.ended
@@ -138,7 +177,7 @@ def test_every_key_that_a_question_decides_is_rehearsed() -> None:
 
 
 def test_two_readings_that_look_alike_stay_open() -> None:
-    """A controller may show 0x0100 always, or skip it for short commands."""
+    """A controller may always show 0x0100, or skip it only for short commands."""
     outcome = rehearsed("command-times", skip_run_status="never")
     mine = [one for one in outcome.findings["command-times"] if one.knob == "skip_run_status"]
     assert [(one.values, one.verdict) for one in mine] == [(("short", "never"), "open")]
@@ -174,7 +213,7 @@ def test_a_whole_probe_confirms_what_is_as_assumed_and_leaves_the_robot_as_it_wa
 
 
 def test_a_rule_without_a_key_is_refuted_by_a_controller_that_is_another() -> None:
-    """An emergency stop that takes 200 ms; a robot's type that is not its first axis'."""
+    """The emergency stop takes 200 ms, and the robot's type is not that of its first axis."""
     outcome = rehearsed("stop-at-once", emergency_stop_delay=200.0)
     assert [one.verdict for one in outcome.findings["stop-at-once"]] == ["refuted"]
     outcome = rehearsed("robot-type", prepare=lambda line: line.controller.force("SOW(2)", 7))
@@ -182,7 +221,7 @@ def test_a_rule_without_a_key_is_refuted_by_a_controller_that_is_another() -> No
 
 
 def test_nothing_moves_without_a_word_for_that_step() -> None:
-    """If the step of risk 3 is not confirmed, the servos never go ON."""
+    """If the step of risk 3 is not confirmed, the servos never turn ON."""
     line = StationLine(RobotConfig())
     servos: list[bool] = []
     step = line.wait
@@ -217,7 +256,7 @@ def test_reading_leaves_all_dedicated_inputs_off() -> None:
 
 
 def test_a_controller_that_resets_its_status_late_is_not_misread() -> None:
-    """A question is left open if an old status would answer it.
+    """If an old status could be taken for an answer, the question stays open.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """
