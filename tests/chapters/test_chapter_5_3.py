@@ -42,9 +42,7 @@ def test_between_two_changes_of_dedicated_inputs_there_are_100_ms_or_more(start:
             if last is not None and not fallen:
                 gaps.append(one.t_us - last)
             before, last = one.rcx_si[32:34], one.t_us
-    assert (
-        len(gaps) == 10
-    )  # after SI00: SI06; SI01, SI15 and SI12 on and off; SI06; SI12 on and off
+    assert len(gaps) == 10  # after SI00: SI06; SI01, SI15, SI12 on and off; SI06; SI12 on and off
     assert min(gaps) >= 100_000
 
 

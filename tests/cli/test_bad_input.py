@@ -184,9 +184,7 @@ def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Ca
     assert capsys.readouterr().out == written
     assert main(["judge", "t.jsonl", "--json"]) == 0
     assert capsys.readouterr().out == written
-    assert (
-        main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0
-    )  # A file of this command may be replaced by it.
+    assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # replaces its own file
 
 
 def test_an_instance_needs_the_option_connect(here: Path, capsys: Captured) -> None:

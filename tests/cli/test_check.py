@@ -154,10 +154,7 @@ def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> 
     kind = f"TYPE\n  {word} : INT;\nEND_TYPE\n"
     called = block().replace("FB_It", word)
     for text in (variable, field, member, kind, called):
-        if text is member and word in (
-            "Super",
-            "This",
-        ):  # As an enumeration value in brackets, the word could be an argument.
+        if text is member and word in ("Super", "This"):  # here it may be an argument
             with pytest.raises(InputError, match=f"It.st:2:19: {word} is a reserved word"):
                 lint([write(tmp_path, "It", text)])
             continue

@@ -37,9 +37,7 @@ def test_both_sides_of_the_first_differences_are_shown(trace: Path, capsys: Capt
     lines = capsys.readouterr().out.splitlines()
     assert "controller 1 is the recorded one, 2 the virtual one" in lines
     at = next(k for k, line in enumerate(lines) if "SO(02) Servo ON status output, for" in line)
-    assert (
-        lines[at].strip().startswith("0.450 s")
-    )  # 400 ms of inputs, then a delay of 50 ms, not 80
+    assert lines[at].strip().startswith("0.450 s")  # 400 ms of inputs, then 50 ms (not 80)
     assert lines[at + 1].split() == ["recorded", "OFF"]
     assert lines[at + 2].split() == ["virtual", "ON"]
     assert "servo-on" in lines[at + 3]

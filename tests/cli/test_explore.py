@@ -226,9 +226,7 @@ def test_assertions_in_comments_are_judged_too(folder: Path, capsys: Captured) -
 def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys: Captured) -> None:
     """Source: manual chapter 5, 3, caution: 100 ms between changes of dedicated inputs."""
     file = _written(folder, _FLICKERS)
-    assert (
-        main(["explore", file, "--scan", "100ms"]) == 1
-    )  # no stop is released, because SI(00) is OFF
+    assert main(["explore", file, "--scan", "100ms"]) == 1  # SI(00) is OFF
     assert "start against stop: SI(01) ON while SI(00) is OFF" in capsys.readouterr().out
     released = _FLICKERS.replace("BYTE#0, BYTE#2", "BYTE#1, BYTE#3")  # SI(00) ON first
     file = _written(folder, released.replace("On : BOOL;", "On : BOOL := TRUE;"))

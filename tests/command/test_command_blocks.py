@@ -351,7 +351,5 @@ def _held(plc: CommandBench) -> Pins:
     kind = plc.program.type_of(f"Main.{plc.instance}")
     assert isinstance(kind, BlockType)
     own = [one.name for one in kind.variables if one.section == "VAR"]
-    kept = [
-        name for name in own if name not in ("Job", "k", "Number")
-    ]  # these have an effect and can be decoded
+    kept = [name for name in own if name not in ("Job", "k", "Number")]  # these have an effect
     return plc.pins([*kept, "Job.Holder", "Job.Trouble", "Job.Longest"])

@@ -32,9 +32,7 @@ class _Level:
             block, self.scenario.inputs, self.scenario.helpers, self.scenario.robot
         )
         self.scenario.prepare(self.cell)
-        for _ in range(
-            13
-        ):  # The interval since the last change passes, because the sequence is short.
+        for _ in range(13):  # until the interval since the last change has passed
             self.cell.scan()
         self.start = self.cell.cell.snapshot()
 

@@ -304,9 +304,7 @@ class Reading:
             known = _characters(part)
             strange = [chr(code) for code in range(1, 128) if chr(code) not in known + " "]
             inner = [] if " " in known else [" A", "A A", "A" * (part.length - 2) + " A"]
-            yield from (
-                (text, error) for text in inner
-            )  # a space at the end is legal, because it fills the text
+            yield from ((text, error) for text in inner)  # a space at its end fills it
             yield from (("A" * length, error) for length in (part.length + 1, 60))
             yield from ((text, error) for text in strange)
             yield from (("A" * (part.length - 1) + text, error) for text in strange[::8])

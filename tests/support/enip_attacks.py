@@ -202,9 +202,7 @@ class Attacker:
             peer.setblocking(False)
             data = self._draw.choice(READ_ONLY) * 100
             self.last = data[:24]
-            with suppress(
-                OSError
-            ):  # the buffers are full, or the adapter has closed the connection
+            with suppress(OSError):  # buffers full or connection closed
                 for _ in range(40):
                     peer.send(data)
 

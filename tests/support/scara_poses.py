@@ -171,9 +171,7 @@ def poses(chance: random.Random, each: int) -> Iterator[Pose]:
                 hand = (lengths[0], lengths[1], lengths[2])
                 moved = [chance.randint(-1000 * _MOST_SHIFT, 1000 * _MOST_SHIFT) for _ in range(3)]
                 turn = 360_000 * chance.randint(-_MOST_TURNS, _MOST_TURNS)
-                turn += 125 * chance.randint(
-                    -1440, 1440
-                )  # in steps that a REAL can represent exactly
+                turn += 125 * chance.randint(-1440, 1440)  # in steps that a REAL holds exactly
                 shift = (moved[0], moved[1], moved[2], turn)
                 away = tuple(chance.randint(-_MOST_ZERO, _MOST_ZERO) for _ in axes)
                 turns = chance.randint(-_MOST_TURNS, _MOST_TURNS)

@@ -478,9 +478,7 @@ def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
         cell["Tags.startCMD"] = True
         cell.run("60ms")
         assert cell["Gate_DB.state"] == 1
-        assert (
-            cell["holdTimer.Q"] is True
-        )  # the TOF output is ON at once, the TON output not before 1 s
+        assert cell["holdTimer.Q"] is True  # TOF: ON at once; TON: not before 1 s
         assert cell["Tags.relay"] is False
         cell.run("5s")
         assert cell["Tags.relay"] is True

@@ -103,9 +103,7 @@ def test_inching_that_the_stop_input_stops_shows_no_position(code: int) -> None:
     master.run(500)
     master.turn_and_wait("SI06", False, 5)
     assert master.words == abnormal_end("12.400")
-    assert (
-        master.robot.positions[0] == 4_990
-    )  # 10 pulses in the first 2 ms, then 10 pulses/ms for 498 ms
+    assert master.robot.positions[0] == 4_990  # 10 in the first 2 ms, then 10 pulses/ms for 498 ms
 
 
 @pytest.mark.parametrize(("code", "expected"), [(CARTESIAN, [71, 71]), (TOOL, [0, 100])])

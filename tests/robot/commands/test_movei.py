@@ -186,7 +186,5 @@ def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -
     assert here < 1000
     assert master.execute(*movei)[0] == 0x0200
     master.run(1000)
-    crept = (
-        master.robot.positions[0] - 1000 - here
-    )  # until the next movement began; the tolerance TOLE is 80 pulses
+    crept = master.robot.positions[0] - 1000 - here  # until the next movement; TOLE is 80 pulses
     assert crept == 0 if stopped else 0 < crept <= 80

@@ -191,9 +191,7 @@ def test_a_moving_axis_needs_torque_in_its_direction() -> None:
     master = powered_up(axes=(Axis(holding_torque=-5, rated_torque=10), Axis()))
     master.pulse("SI01")
     torques = master.robot.machine.data.torques
-    master.send(
-        0x0001, 4, 0, 1, 19
-    )  # To point 19, axis 1 moves in the plus direction, axis 2 in the minus direction.
+    master.send(0x0001, 4, 0, 1, 19)  # to point 19: axis 1 plus, axis 2 minus
     master.run(50)
     assert [torques.of_max(axis) for axis in (0, 1)] == [5, -10]
     assert [torques.of_rated(axis) for axis in (0, 1)] == [50, -50]

@@ -34,23 +34,9 @@ def _parameter(name: str) -> Callable[[Master], Any]:
     return read
 
 
-PARAMETERS = (
-    "ACCEL",
-    "DECEL",
-    "TOLE",
-    "OUTPOS",
-    "WEIGHT",
-    "WEIGHTG",
-    "ARCHP1",
-    "ARCHP2",
-    "AXWGHT",
-    "PSHFRC",
-    "PSHTIME",
-    "PSHMTD",
-    "PSHJGSP",
-    "PSHSPD",
-)  # fmt: skip // Values that a case can check.
-#: What a case can look at.
+PARAMETERS = ("ACCEL", "DECEL", "TOLE", "OUTPOS", "WEIGHT", "WEIGHTG", "ARCHP1", "ARCHP2",
+              "AXWGHT", "PSHFRC", "PSHTIME", "PSHMTD", "PSHJGSP", "PSHSPD")  # fmt: skip
+#: Values that a case can check.
 SEEN: dict[str, Callable[[Master], Any]] = {
     "SGI0": lambda master: master.robot.machine.memory.variables.value(0),
     "SO2": lambda master: master.so[34],
