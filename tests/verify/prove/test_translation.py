@@ -128,7 +128,7 @@ def test_numbers_are_converted_as_on_the_engine(tmp_path: Path, kind: str) -> No
 
 
 def test_durations_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
-    """The test has sums, products with integers and REALs, quotients, and conversions in seconds."""
+    """The test has sums, products with integers and REALs, quotients, conversions in seconds."""
     variables = """
       VAR_INPUT A, B : TIME; N : INT; U : UDINT; R : REAL; L : LREAL; END_VAR
       VAR T : ARRAY [0..12] OF TIME; I : INT; D : DINT; W : ULINT; F : REAL; G : LREAL; END_VAR
@@ -219,7 +219,7 @@ def test_statements_are_left_where_they_are_left_on_the_engine(tmp_path: Path) -
 
 
 def test_functions_return_as_on_the_engine(tmp_path: Path) -> None:
-    """The test has a RETURN in a loop, a result that is not assigned, defaults, and nested calls."""
+    """The test has a RETURN in a loop, an unassigned result, defaults, and nested calls."""
     functions = """
 FUNCTION FIRST_OF : INT
   VAR_INPUT Wanted : INT; Start : INT := 3; END_VAR

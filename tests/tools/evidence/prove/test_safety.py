@@ -28,7 +28,7 @@ def test_a_number_is_converted_only_where_an_integer_can_hold_it(tmp_path: Path)
 
 @pytest.mark.parametrize("compared", [z3.fpLT, z3.fpLEQ, z3.fpGT, z3.fpGEQ])
 def test_a_limit_of_what_was_scaled_is_one_of_the_pattern(compared: Any) -> None:
-    """A comparison with the scaled number changes its result at the pattern of the exact product."""
+    """A comparison with the scaled number changes at the same pattern as the exact product."""
     pattern = z3.BitVec("pattern", 32)
     number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())
     half = z3.fpMul(z3.RNE(), number, z3.FPVal(0.5, z3.Float64()))
