@@ -22,6 +22,8 @@ from rcx_harness.cli.app import main
 from structured_text.errors import InputError
 from structured_text.farm import Cluster, Farm, Lost
 
+pytestmark = pytest.mark.exhaustive
+
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster")
 
 Captured = pytest.CaptureFixture[str]
