@@ -154,7 +154,7 @@ def _check_names(properties: Sequence[Declared]) -> None:
     seen: set[str] = set()
     for one in properties:
         if one.kind in seen:
-            text = f"two properties are called {one.name!r}"
+            text = f"two properties have the name {one.name!r}"
             raise InputError(text, file=one.file, hint="rename one of them")
         seen.add(one.kind)
 
