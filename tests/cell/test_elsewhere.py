@@ -197,7 +197,7 @@ def test_a_controller_that_has_a_master_is_left_to_it(
         master.open()
         with pytest.raises(InputError) as refused:
             build_cell(program, connect=Elsewhere(host, port))
-        assert refused.value.hint == "another master has it: disconnect that first"
+        assert refused.value.hint == "another master owns the robot: disconnect that master first"
         assert master.read().connected
 
 

@@ -273,7 +273,9 @@ def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
     with monkeypatch.context() as patch:
         patch.setattr(module, "storms", three)
         assert main(_CAMPAIGN) == 130
-    assert "what is done is in out/campaign; the same call goes on" in capsys.readouterr().out
+    assert (
+        "finished results are in out/campaign; the same call continues" in capsys.readouterr().out
+    )
     results = here / "out/campaign/results.jsonl"
     before = results.read_text()
     keys = [json.loads(line)["key"] for line in before.splitlines()[1:]]

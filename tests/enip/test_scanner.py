@@ -306,7 +306,7 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
 
 @pytest.mark.parametrize(
     ("length", "text"),
-    [(16, "sets a packet to it every 0 ms, where every 4 ms"), (9, "is too short")],
+    [(16, "sets a packet to it every 0 ms instead of every 4 ms"), (9, "is too short")],
 )
 def test_an_implausible_reply_opens_nothing_and_is_explained(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch, length: int, text: str

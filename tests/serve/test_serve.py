@@ -266,7 +266,10 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
             "--port and --io-port are both 2222; "
             "use different ports for explicit and cyclic messages",
         ),
-        (["--web", "44818"], "--web and --port are both 44818 of 127.0.0.1; give the page another"),
+        (
+            ["--web", "44818"],
+            "--web and --port are both 44818 of 127.0.0.1; give the page another port",
+        ),
         (
             ["--robot", "a.toml", "--robot", "b.toml"],
             "2 robot files are given for 1 addresses; "

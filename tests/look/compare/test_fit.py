@@ -175,7 +175,7 @@ def test_the_key_with_few_values_is_preferred() -> None:
     knob = next(one for one in found.knobs if one.key == "power_on_emergency_alarm")
     assert knob.instead == (("power_on_alarm", "12.600"),)
     text = "\n".join(fit_lines(found, replay))
-    assert 'cannot be told from power_on_alarm = "12.600"' in text
+    assert 'has the same effect as power_on_alarm = "12.600"' in text
 
 
 def test_a_reset_without_effect_is_not_answered_by_what_clears_the_alarm_later() -> None:
