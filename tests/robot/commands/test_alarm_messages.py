@@ -48,6 +48,7 @@ def test_messages_that_are_not_there_are_empty() -> None:
 
     A number without a message gives an empty answer or, with another setting, an alarm.
 
+    Rule: messages.
     Source: remote command guide 4.7.7.
     """
     assert powered_up().execute(MESSAGE, 0, 500) == NORMAL_END

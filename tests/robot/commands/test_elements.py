@@ -63,6 +63,7 @@ def test_the_value_goes_to_the_designated_data_of_a_shift(place: int) -> None:
 def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
     """The other elements are 0. With another setting the command ends in an alarm.
 
+    Rule: undefined-data.
     Source: remote command guide 4.4.4.
     """
     master = ready()

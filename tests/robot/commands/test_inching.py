@@ -1,7 +1,7 @@
 """Inching moves an axis by the inching movement amount, in each coordinate system.
 
-The coordinates are pulses, Cartesian or tool coordinates. The default axis has 1000 pulses/mm, 1
-000 000 pulses/s, 5 000 000 pulses/s^2 and soft limits of +-1 000 000.
+The coordinates are pulses, Cartesian or tool coordinates. The default axis has 1000 pulses/mm,
+1 000 000 pulses/s, 5 000 000 pulses/s^2 and soft limits of +-1 000 000.
 """
 
 from __future__ import annotations

@@ -22,8 +22,8 @@ def _arch_words(flags: int, axes: int, position: int, first: int, second: int) -
 def test_the_others_move_once_the_arch_axis_has_done_distance_1() -> None:
     """At 10 % an axis does at most 500 pulses per cycle.
 
-    Axis 3 rises from 0 to 40 000 and comes down to 20 000. The other axes start when it has done 10
-    000 pulses, and have arrived when it has 5 000 pulses to go.
+    Axis 3 rises from 0 to 40 000 and comes down to 20 000. The other axes start when it has done
+    10 000 pulses, and have arrived when it has 5 000 pulses to go.
 
     Rule: arch.
     Source: remote command guide 4.2.1, arch designation, steps 1 to 4

@@ -12,7 +12,7 @@ from rcx_harness.serve.panel.plate import HOLD_S, plates_of
 from rcx_harness.serve.panel.server import PanelServer
 from rcx_tools.library.version import version
 
-pytestmark = NEEDS_BROWSER
+pytestmark = [NEEDS_BROWSER, pytest.mark.exhaustive]
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
 from selenium.webdriver.chrome.webdriver import WebDriver  # noqa: E402

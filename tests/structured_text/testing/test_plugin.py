@@ -27,6 +27,7 @@ END_PROGRAM
 """
 
 
+@pytest.mark.exhaustive
 def test_without_the_plugin_of_the_harness_coverage_is_counted(pytester: pytest.Pytester) -> None:
     """The assignment and the IF are executed, which are two of three statements.
 
