@@ -110,9 +110,9 @@ def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand:
 def test_a_thousandth_from_stretched_or_folded_is_a_bend(
     engine: str, far: float, bend: float
 ) -> None:
-    """The law of cosines: cos = (far^2 - 225^2 - 175^2) / (2 * 225 * 175).
+    """The law of cosines gives cos = (far^2 - 225^2 - 175^2) / (2 * 225 * 175).
 
-    For 399.999 mm that is 1 - 1.0159E-5, for 50.005 mm 6.349E-6 - 1.
+    For 399.999 mm that is 1 - 1.0159E-5, and for 50.005 mm 6.349E-6 - 1.
 
     Rule: robot-arm.
     """
