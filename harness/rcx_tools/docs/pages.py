@@ -92,7 +92,7 @@ def _header(file: Path) -> Header:
         purpose = purpose.replace(section[0], "", 1)
     tests = re.findall(r"tests/[\w/]+\.py", comment)
     named = section or re.search(r"\(((?:guide|chapter) [\d.]+)\)", purpose)
-    purpose = re.sub(r" \(no section: [^)]*\)", "", purpose)
+    purpose = re.sub(r" \(not in the manual[^)]*\)", "", purpose)
     return Header(file, name, purpose, named[1] if named else "", tuple(tests))
 
 

@@ -24,7 +24,7 @@ _MEMBER = re.compile(r"^    (\w+),?\s*\(\* (.*?) \*\)$", re.MULTILINE)
 _ARRAY = re.compile(r"ARRAY \[(-?\d+)\.\.(-?\d+)\] OF (\w+)")
 _UNIT = re.compile(r"(?:^|\s+)\[([^\]]+)\]")
 _POU = re.compile(r"\bF[BC]_\w+\b")
-_NOWHERE = re.compile(r" \(no section: [^()]*\)")
+_NOWHERE = re.compile(r" \(not in the manual[^()]*\)")
 _WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
 _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 
