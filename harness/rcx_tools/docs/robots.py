@@ -139,7 +139,8 @@ def _lines() -> Iterator[str]:
     yield ""
     yield from (f"- {model.name}: {model.also}" for model in models.values() if model.also)
     yield "- Speeds of axes 1 and 2 of a SCARA robot: the sources give one speed of both together."
-    yield "  The model divides it as YK510XEC, YK610XEC and YK710XEC do: they differ only in arm 1."
+    yield "  The model divides it in the ratio that fits YK510XEC, YK610XEC and YK710XEC: they"
+    yield "  differ only in arm 1."
     yield "  If no source gives pulses, an axis has the pulses per degree or mm of the YK400XE.\n"
     yield _COORDINATES
     config = RobotConfig()

@@ -40,7 +40,7 @@ _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
 _ANSWER = re.compile(r"\bRobot\.Inner\.Answer := WORD#16#([0-9A-F]{4});")
 
-#: Beginnings of paragraphs of a head that the page shows differently.
+#: Beginnings of paragraphs of a head that the page does not show as text.
 _NOT_SAID = ("Generated from", "Tests:")
 
 #: VAR_IN_OUT, VAR_INPUT or VAR_OUTPUT.
