@@ -157,7 +157,10 @@ def test_what_is_not_proved_is_told_with_a_state_and_asked_again(
 
 @pytest.mark.parametrize(
     ("error", "reason"),
-    [(UnsupportedError("FOR of a REAL"), "FOR of a REAL"), (KeyError("Q"), "'Q', which does not exist")],
+    [
+        (UnsupportedError("FOR of a REAL"), "FOR of a REAL"),
+        (KeyError("Q"), "'Q', which does not exist"),
+    ],
 )
 def test_what_cannot_be_asked_is_unknown_with_its_reason(
     library: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, reason: str
