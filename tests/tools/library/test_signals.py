@@ -1,4 +1,4 @@
-"""The lines of plc/lib that are generated from spec/signals.toml, in blocks written by hand."""
+"""Handwritten blocks of plc/lib have lines that are generated from spec/signals.toml."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No arithmetic of the library leaves its type but where the table says so."""
+"""No arithmetic of the library leaves its type, except in the cases of the table."""
 
 from __future__ import annotations
 

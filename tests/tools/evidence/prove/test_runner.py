@@ -1,4 +1,4 @@
-"""`make prove`: repeated goals, written files, and messages for bad input."""
+"""`make prove` repeats goals only if needed, writes files, and reports bad input."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Return a list of the goals that are passed to the solver."""
+    """Return a list that collects the goals that are passed to the solver."""
     names: list[str] = []
     real = jobs.answers
 
@@ -106,7 +106,7 @@ def _bugs(library: Path, *rows: str) -> None:
 
 
 def _prove(library: Path, *arguments: str) -> int:
-    # Compiled sources are cached by name and time; each run here needs its own.
+    # Compiled sources are cached by name and time, so each run here needs its own.
     jobs.library_at.cache_clear()
     return runner.main(["--jobs", "0", "--out", str(library.parent / "out"), *arguments])
 
@@ -247,7 +247,7 @@ def test_a_name_that_is_none_gets_the_names_there_are(
 
 
 class _Deadly:
-    """Ends the process that receives it."""
+    """An object that ends the process that receives it."""
 
     def __reduce__(self) -> tuple[Any, tuple[int]]:
         return os._exit, (3,)
