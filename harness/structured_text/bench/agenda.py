@@ -17,7 +17,7 @@ STIMULUS, SCAN = 0, 5
 
 Duration = str | int | timedelta
 
-#: The call at an event. Its argument is the time of the event in microseconds.
+#: The function that an event calls. Its argument is the time of the event in microseconds.
 Action = Callable[[int], None]
 
 #: State of an agenda, for `Agenda.restore`.
@@ -63,7 +63,7 @@ class Agenda:
         self.add(t_us, kind, action, device)
 
     def delay(self, kind: int, late_us: int) -> None:
-        """Delay all pending events of a kind by `late_us`, and so all of its later repetitions."""
+        """Delay all pending events of a kind, and their repetitions, by `late_us`."""
         self._queue = [
             (t_us + late_us * (one == kind), one, device, number, action)
             for t_us, one, device, number, action in self._queue

@@ -181,7 +181,7 @@ class Bench:
     def scan(self, n: int = 1) -> None:
         """Run `n` more scans.
 
-        Raise InputError if `n` is not a number of scans, or no scan comes because the PLC is in
+        Raise InputError if `n` is not a number of scans, or no scan can run because the PLC is in
         STOP or has no power.
         """
         goal = self.scans + whole("the number of scans", n, 0, _MOST_SCANS)
@@ -245,7 +245,7 @@ class Bench:
         checked(EVENTS, event, args)(self, 1)
 
     def stop_plc(self, *, power: bool = False) -> None:
-        """Put the PLC into STOP, or take its power away; no scan runs until `start_plc`."""
+        """Put the PLC into STOP, or switch its power off. No scan runs until `start_plc`."""
         self.plc.stop(power=power)
 
     def start_plc(self, start: str = "warm") -> None:
@@ -290,7 +290,7 @@ class Bench:
 
     @property
     def next_us(self) -> int:
-        """Return the time of the next scan, without any delay of earlier scans."""
+        """Return the planned time of the next scan; `overrun` does not change the plan."""
         return self._first_us + self.scans * self._scan_us
 
     # --- state -------------------------------------------------------------------------------

@@ -60,7 +60,7 @@ def check_outputs(
 
 def _check_earlier(kind: str, output: str | Path) -> None:
     """Check that an existing file is empty or the output of an earlier run."""
-    if not os.path.isfile(output):  # missing, or a device
+    if not os.path.isfile(output):  # a missing file or a device cannot be overwritten
         return
     name, beginning = _WRITTEN[kind]
     try:

@@ -24,7 +24,7 @@ class Monitor(Protocol):
         """Restore the state from `snapshot`."""
 
     def begin(self) -> None:
-        """Begin with the variables as they are: the PLC starts, and has kept VAR RETAIN."""
+        """Begin with the current variables; after a warm start they include VAR RETAIN."""
 
 
 class Plc:
@@ -63,7 +63,7 @@ class Plc:
         self.runs, self.powered = False, self.powered and not power
 
     def start(self, start: str) -> None:
-        """Go into RUN by a start that is `warm`, `cold`, or `continue`.
+        """Go into RUN; `start` is `warm`, `cold` or `continue`.
 
         A variable that was set from outside and still has that value is an input of the program. It
         has the same value after the start.

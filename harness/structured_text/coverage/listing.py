@@ -130,7 +130,7 @@ def listing(pou: t.Pou, plan: Plan, text: Text) -> Listing:
 
 
 def _reasons(text: str) -> dict[int, str]:
-    """Return the reasons by the line they apply to: their own, or the next one with code."""
+    """Return each reason by the line that it covers: its own line, or the next line with code."""
     found = {}
     for comment in _REASON.finditer(text):
         before = text[: comment.start()].rpartition("\n")[2].strip()
@@ -200,7 +200,7 @@ class _Lister:
     def _words_of(self, node: t.If | t.Case) -> _Words:
         """Return the keyword lines of a node.
 
-        A latch such as `S=` is not an IF in the source; all its lines are that of the statement.
+        A latch such as `S=` is an IF without keywords; its statement gives the line of all of them.
         """
         line = node.at.line
         return self._words.get((line, node.at.column)) or _Words([line], line, line)

@@ -60,8 +60,8 @@ def conclude(
     """Write the report on the counts, or raise InputError.
 
     The name of `home` is the title of the report, and displayed paths are relative to it.
-    `fail_under` is the required percentage of statements and branches together; `lost` are
-    processes whose part is missing.
+    `fail_under` is the required percentage of statements and branches together; `lost` names the
+    processes that left no part.
     """
     results = measure(merged, home)
     found = total(results)
@@ -88,7 +88,8 @@ def conclude(
 def check_folder(folder: Path) -> None:
     """Refuse a folder in which a report could not be written.
 
-    Raise InputError if it is a file, or has an index.html or the like that is not a report's.
+    Raise InputError if it is a file, or contains an index.html or other file of this name that no
+    report has written.
     """
     if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError(
@@ -103,9 +104,9 @@ def write_report(
 ) -> list[Path]:
     """Write index.html, a page per file, coverage.lcov, mcdc.lcov (with MC/DC) and coverage.xml.
 
-    Pages of an earlier report that this one does not have are removed. Raise InputError if a file
-    exists that is not a report's, or cannot be written. The folder is created. Paths of the files
-    are relative to `home`; lcov gets absolute paths if wanted.
+    Pages of an earlier report that this one does not have are removed. Raise InputError if no
+    report has written an existing file, or a file cannot be written. The folder is created. Paths
+    of the files are relative to `home`; lcov gets absolute paths if wanted.
 
     Returns:
         The first page, and the files for other tools.

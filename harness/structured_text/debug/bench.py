@@ -35,7 +35,7 @@ class BenchMachine:
 
     @property
     def ended(self) -> str:
-        """Return why there is no further scan; empty while there is one."""
+        """Return the reason why no further scan can run, or an empty text."""
         over = self.bench.next_us >= self._end_us
         return f"the end of the run ({self._shown})" if over else ""
 

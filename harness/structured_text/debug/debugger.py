@@ -26,19 +26,19 @@ from structured_text.output.units import format_us
 __all__ = ["Debugger"]
 
 
-#: In place of a statement's number: the first statement of the program in its scan.
+#: This number stands for the first statement of the program in its scan.
 _FIRST = -1
 
 
 class _Leave(BaseException):
-    """Leaves a scan in its middle to obey another order."""
+    """An exception that leaves a scan in its middle, because the user gave another order."""
 
     def __init__(self, order: Order) -> None:
         self.order = order
 
 
 class _Hit(BaseException):
-    """Leaves a fast scan in which something stops; the scan is then repeated with all hooks."""
+    """An exception that leaves a fast scan at a stop; the scan is then repeated with all hooks."""
 
 
 @dataclass
@@ -531,7 +531,7 @@ class Debugger:
         """Apply a change at this moment, and repeat it whenever the run passes this moment again.
 
         Returns:
-            Whether the run had been further on; that part of it is discarded.
+            Whether the run had already gone beyond this moment; that part of it is discarded.
         """
         later = self.player.edit(apply)
         for one in self.breakpoints:

@@ -28,7 +28,7 @@ def real_path(file: str) -> str:
 class _Marking(Writer):
     """A writer of a POU that notes the lines of code at which statements begin.
 
-    The code is identical to the engine's, line by line, so its line numbers are valid there.
+    The code is identical to the engine's, line by line, so the line numbers are valid for both.
 
     Attributes:
         begins: Index of a line of code to the line of the source.

@@ -195,7 +195,7 @@ class Player:
         """Apply a change now, and again whenever the run passes this moment.
 
         Returns:
-            Whether the run had been further on; that part of it is discarded.
+            Whether the run had already gone beyond this moment; that part of it is discarded.
         """
         apply()
         now = self.now

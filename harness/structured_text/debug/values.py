@@ -95,7 +95,7 @@ class ProgramVariables:
         found = self._holders.find(held)
         return found.path if found is not None else ""
 
-    # --- what is in them ---
+    # --- members and elements ---
 
     def parts(self, of: Held, first: int = 0, count: int | None = None) -> list[Held]:
         """Return the members or elements of a variable.
@@ -184,7 +184,7 @@ class ProgramVariables:
             path,
         )
 
-    # --- for people ---
+    # --- display ---
 
     def shown(self, of: Held) -> Shown:
         """Return a variable's value for display."""
