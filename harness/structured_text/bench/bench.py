@@ -365,8 +365,8 @@ class Bench:
     def _scan(self, now: int) -> None:
         if not self.plc.runs:
             if self._wanted:
-                hint = f"use {self.place}.run(), or let plc_run or plc_power_on happen"
-                raise InputError("the PLC does not run: no scan comes", hint=hint)
+                hint = f"use {self.place}.run(), or schedule plc_run or plc_power_on"
+                raise InputError("the PLC is not in RUN, so no scan can run", hint=hint)
             return
         self._before_scan(now)
         self.program.scan(now)

@@ -74,7 +74,7 @@ EVENTS: dict[str, Event[Stopped]] = {
         _stop,
     ),
     "plc_run": Event(
-        "the PLC goes into RUN: start = warm (RETAIN is kept), cold, or continue (as it stands)",
+        "the PLC goes into RUN: start = warm (keeps RETAIN), cold, or continue (keeps all values)",
         _run,
     ),
     "plc_power_off": Event("the PLC loses its power; start as at stop", _power_off),

@@ -235,7 +235,7 @@ class _Lister:
         if node.otherwise:
             yield words.otherwise, self._plan.body(node, node.otherwise), "ELSE"
         else:
-            yield words.end, self._plan.empty[id(node)], "none of the IF (no ELSE)"
+            yield words.end, self._plan.empty[id(node)], "no condition of the IF was TRUE (no ELSE)"
 
     def _ways_of_case(self, node: t.Case) -> Iterator[tuple[int, int, str]]:
         words = self._words_of(node)
@@ -254,7 +254,7 @@ class _Lister:
         if node.otherwise:
             yield words.otherwise, self._plan.body(node, node.otherwise), "CASE ELSE"
         elif members or not isinstance(kind, EnumType):
-            yield words.end, self._plan.empty[id(node)], "CASE without a label that fits"
+            yield words.end, self._plan.empty[id(node)], "no label of the CASE fits"
 
     def _ways_of_loop(
         self, node: t.While | t.For, before: t.Statement | None

@@ -24,9 +24,12 @@ class Frame:
     """A call of a POU, or a program between two scans.
 
     Attributes:
-        title: Its name in a stack. line: Current line. instance: The object of its instance; None
-        for a function. variables: Variables of the call, as Python names them. store: Sets one of
-        these variables. path: Path of its instance; empty if it has no instance.
+        title: Its name in a stack.
+        line: Current line.
+        instance: The object of its instance; None for a function.
+        variables: Variables of the call, as Python names them.
+        store: Sets one of these variables.
+        path: Path of its instance; empty if it has no instance.
     """
 
     pou: t.Pou

@@ -40,7 +40,7 @@ _CAPABILITIES = {
         {
             "filter": "rules",
             "label": "Broken rules",
-            "description": "Stop behind the scan in which a rule of the manual is broken",
+            "description": "Stop after the scan in which a rule is broken",
             "default": True,
         }
     ],

@@ -43,9 +43,10 @@ class Tracer:
     """The trace hooks on the statements of a program, for one scan at a time.
 
     Attributes:
-        stack: The active calls of POUs, the program first. depths: Call depth of each statement of
-        this scan so far, from 1. tasks: For each of these steps the task of a device, or 0 for the
-        program. device: The line of a device's program that is about to begin; None at a statement.
+        stack: The active calls of POUs, the program first.
+        depths: Call depth of each statement of this scan so far, from 1.
+        tasks: For each of these steps the task of a device, or 0 for the program.
+        device: The line of a device's program that is about to begin; None at a statement.
         roots: Number of programs that have begun in this scan.
     """
 

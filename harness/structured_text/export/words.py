@@ -178,7 +178,7 @@ class Words:
         if types is not None and "STRING" in types:
             return "texts of numbers differ from tool to tool; write your own"
         if types is not None:
-            return "what it counts in, or whether it is there, differs from tool to tool"
+            return "its unit differs from tool to tool, and some tools do not have it"
         if name.startswith(("CTU", "CTD")):
             return "count with R_TRIG and an addition"
         return "write it with what the list has" if what == "function" else "write it otherwise"

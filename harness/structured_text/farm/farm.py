@@ -34,7 +34,7 @@ AHEAD = 64
 
 
 class NotYet:
-    """The type of `NOT_YET`: no item is available now, but later results may give some."""
+    """The type of `NOT_YET`: no item is available now, but later results may provide some."""
 
 
 NOT_YET: Final = NotYet()
@@ -303,7 +303,7 @@ class _Turns:
             return None
         for number, item in self._new if self._more else ():
             if item is NOT_YET:
-                assert self._under_way, "nothing is under way that could give an item"
+                assert self._under_way, "NOT_YET without an item in progress"
                 return None
             self._items[number] = self._taken, item
             self._taken += 1

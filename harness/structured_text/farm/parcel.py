@@ -1,4 +1,4 @@
-"""The user's files on their way to workers, which may have other disks."""
+"""Copies of the user's files for workers, which may run on computers without these files."""
 
 from __future__ import annotations
 

@@ -68,12 +68,12 @@ class Library:
     reference: str = ""
     milliseconds: str = ""
     counts: str = ""
-    calls: str = "A call of the library's blocks may do anything to what it is given."
+    calls: str = "A call of the library's blocks may change its arguments in any way."
 
 
 @dataclass(frozen=True)
 class Watch:
-    """The observer that says, for each scan, under which condition each property is broken."""
+    """An observer of scans that returns the condition under which a scan breaks each property."""
 
     project: Project
     copies: Copies
@@ -107,7 +107,7 @@ class Watch:
                     yield place
 
     def broken(self, machine: ProgramMachine, before: Mapping[Path, Any]) -> dict[Key, Bool]:
-        """Return when each property is broken in the scan that has just run.
+        """Return the condition under which each property is broken in the scan that has just run.
 
         `before` is the memory before that scan.
         """
@@ -121,7 +121,7 @@ class Watch:
         return found
 
     def wraps(self, machine: ProgramMachine) -> dict[Key, tuple[str, Bool]]:
-        """Return the user's arithmetic by line: its text, and when it leaves its type."""
+        """Return the user's arithmetic by line: its text, and when its result leaves the type."""
         found: dict[Key, tuple[str, Bool]] = {}
         for one in machine.operations:
             when = one.when() if one.file in self.copies.originals else False

@@ -260,7 +260,7 @@ class _Work:
         except UnsupportedError as error:
             self._note(f"not decided: {error}")
 
-    # --- what the source says ---
+    # --- properties of the source text ---
 
     def _inner(self, reference: str) -> Result:
         found = sorted(set(inner_written(self.project, self.copies, reference)))
@@ -342,7 +342,7 @@ class _Work:
             self._proved(key, result)
         elif found == z3.sat:
             state = _state(solver.model(), broken, Names(step.machine, self.around))
-            note = f"one scan breaks it from a state that no run may come to: {state}"
+            note = f"one scan breaks it from a state that may be unreachable: {state}"
             self.open[key] = replace(self.open[key], note=note)
         elif not self.open[key].note:
             self.open[key] = replace(self.open[key], note="not decided within the limit")

@@ -280,8 +280,8 @@ def test_a_snapshot_has_the_variables_that_new_has_made(build: Build) -> None:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("P := ADR(N); __DELETE(P);", "__DELETE of a pointer that does not lead to what __NEW"),
-        ("D := __NEW(FBD); Q := D; __DELETE(D); __DELETE(Q);", "__DELETE of a pointer that"),
+        ("P := ADR(N); __DELETE(P);", "__DELETE needs a pointer to a variable that __NEW"),
+        ("D := __NEW(FBD); Q := D; __DELETE(D); __DELETE(Q);", "__DELETE needs a pointer to"),
         ("D := __NEW(FBD); __DELETE(D); N := D^.Inc();", "the pointer is 0"),
     ],
 )

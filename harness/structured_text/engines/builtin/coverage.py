@@ -225,9 +225,9 @@ def _postfix(node: t.Expression) -> tuple[Postfix, tuple[t.Expression, ...]]:
 
 
 def _matters(node: t.Expression) -> bool:
-    """Return whether it matters if an expression is evaluated, apart from its value.
+    """Return whether the evaluation of an expression can have a consequence other than its value.
 
-    It does if it calls a function, which may have any effect, or can stop the program: by an index,
+    This is the case if the expression calls a function, or if it can stop the program: by an index,
     a division, a root, or the conversion of an infinite number.
     """
     return any(map(_does_more, nodes(node)))

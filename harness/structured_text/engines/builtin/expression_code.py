@@ -123,7 +123,7 @@ class ExpressionCode:
         return self._shared[name]
 
     def uses_globals(self, pou: t.Pou, made: Iterable[t.Symbol]) -> bool:
-        """Return whether the code of a POU uses `g`; `made` are the variables that it makes."""
+        """Return whether the code of a POU uses `g`; `made` are the variables that it creates."""
         blocks = any(has_block(symbol.type) for symbol in made)
         return needs_globals(pou) or blocks or any(map(self.is_shared, pou.calls))
 

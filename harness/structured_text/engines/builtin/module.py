@@ -99,7 +99,7 @@ class Module:
 
     @contextmanager
     def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
-        """Let the calls of one instance of a block, by identity, do nothing but be reported."""
+        """Skip the calls of an instance of a block, given by its identity; only report them."""
         keys = [f"{kind}_{block.upper()}" for kind in ("f", "body")]
         before = {key: self.names[key] for key in keys if key in self.names}
 

@@ -80,7 +80,7 @@ class Pointing:
         self.storage = Storage()
 
     def variable(self, node: t.Variable) -> str:
-        """Return the Python code of a variable; if it is a place, the code can be assigned to."""
+        """Return the Python code of a variable; code of `pointer^` is also a valid target."""
         if isinstance(node, t.This):
             return "s"
         if isinstance(node, t.Deref):
@@ -167,7 +167,7 @@ class Pointing:
         return f"({', '.join([*before, gone, self._write(place, pointer, 'null')])})[-1]"
 
     def _query(self, node: t.Query) -> str:
-        """Return code that asks for another interface of a block, and stores the answer."""
+        """Return code that queries another interface of a block, and stores the result."""
         before: list[str] = []
         name, names = self._name(), frozenset(f"b_{block}" for block in node.blocks)
         target = self._place(node.target, before)

@@ -339,7 +339,7 @@ class BuiltinProgram(OfProject):
 
     @contextmanager
     def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
-        """Let the calls of one instance of a block do nothing but call `called(place)`.
+        """Replace the calls of one instance of a block by calls of `called(place)`.
 
         `place` is the identity of the instance (see `holder`).
         """
@@ -368,7 +368,7 @@ class BuiltinProgram(OfProject):
         return _Snapshot(self.module, self._scans, data, made)
 
     def restore(self, snapshot: object) -> None:
-        """Return to a state that `snapshot` gave, of this or another instance of the program.
+        """Restore a state that `snapshot` of this or another instance of the program has returned.
 
         Raise InputError if the snapshot belongs to another program.
         """

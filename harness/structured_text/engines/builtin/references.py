@@ -2,8 +2,8 @@
 
 A pointer is an object with an attribute `V`, through which its target is read and written. The
 target lives as long as its program instance, so a pointer needs no address. A snapshot may be
-restored by another instance. There each pointer is replaced by the way from a program instance to
-its target: the names of slots and the positions in lists.
+restored by another instance. A snapshot therefore contains, for each pointer, the path from a
+program instance to its target: the names of slots and the positions in lists.
 """
 
 from __future__ import annotations
@@ -190,10 +190,10 @@ def _delete(shared: Any, pointer: Any) -> None:
     if pointer is _NULL:
         return
     if isinstance(pointer, View) and isinstance(pointer.memory, Held):
-        pointer = pointer.memory.pointer  # the memory as the type that it was made as
+        pointer = pointer.memory.pointer  # the pointer was recast: use its original type
     held = getattr(pointer, "V" if isinstance(pointer, Whole) else "holder", None)
     if id(held) not in shared.heap:
-        raise ProgramError("__DELETE of a pointer that does not lead to what __NEW has made")
+        raise ProgramError("__DELETE needs a pointer to a variable that __NEW has made")
     for leave in getattr(type(held), "exits", ()):
         leave(held, *[False] * (leave.__code__.co_argcount - 1))
     shared.heap.drop(held)

@@ -115,7 +115,7 @@ class Writer:
         return needs_globals(pou.owner) or self._code.uses_globals(pou, own)
 
     def _input(self, symbol: t.Symbol) -> None:
-        """Write the start of a method for an input: its default for None, and a copy of its own."""
+        """Write the code for an input at the start of a method: a default for None, else a copy."""
         name = symbol.name.upper()
         created = self._storage.create(symbol.type, symbol.initial)
         if is_scalar(symbol.type):

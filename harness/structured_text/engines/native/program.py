@@ -191,7 +191,7 @@ class NativeProgram(OfProject):
         return _Snapshot(self._image, self._tick.value, self._contents(), first, base)
 
     def restore(self, snapshot: object) -> None:
-        """Return to a state that `snapshot` gave, of this or another instance of the program.
+        """Restore a state that `snapshot` of this or another instance of the program has returned.
 
         Another instance has other addresses. Pointers into the instance's own memory are therefore
         not copied but set to their first values. Raise InputError if the snapshot belongs to

@@ -176,7 +176,7 @@ class _Writer:
         )
 
     def _is_kept(self, section: s.Section, symbol: Symbol) -> bool:
-        """Return whether a variable is retained without power and the tool's table can say so."""
+        """Return whether the table marks a variable that keeps its value without power."""
         able = section.kind in self._tool.retained and not isinstance(symbol.type, BlockType)
         return section.qualifier == "RETAIN" and able
 

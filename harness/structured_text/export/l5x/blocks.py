@@ -73,7 +73,7 @@ def _r_trig() -> Aoi:
         name,
         f"{name}: the edge detection R_TRIG of IEC 61131-3.",
         [
-            Tag("CLK", _BOOL, "Input", "0", "what is looked at"),
+            Tag("CLK", _BOOL, "Input", "0", "the signal to watch"),
             Tag("Q", _BOOL, "Output", "0", "TRUE for one call after CLK has come on"),
         ],
         [Tag("WasOn", _BOOL, "Local", "0")],
