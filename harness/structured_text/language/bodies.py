@@ -226,7 +226,7 @@ class _Statements:
         return [self._assign(argument.value, literal, argument.at)]
 
     def _pins(self, call: s.Call | s.Invoke | s.CallStatement) -> frozenset[str]:
-        """Return the upper-case names of the variables of what is called."""
+        """Return the upper-case names of the variables of the called block, method or function."""
         callee = call.function if isinstance(call, s.Call) else call.callee
         callee = self._expressions.methods.bare(callee)
         method = self._expressions.methods.called(callee)
@@ -450,7 +450,7 @@ class _Statements:
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
 
     def _start(self, node: s.Expression, kind: Type) -> t.Expression:
-        """Return the start of a FOR. SIMATIC AX converts one of a wider type without a word."""
+        """Return the start of a FOR. SIMATIC AX silently converts a value of a wider type."""
         found = self._expressions.infer(node)
         wider = found != kind and type_name(found) in ANY_INT and type_name(kind) in ANY_INT
         if self._scope.registry.dialect.name != "ax" or not wider:

@@ -111,7 +111,7 @@ class Statements(Transformer[Token, Any]):
     def attempt(
         self, target: s.Variable, _op: Token, value: s.Expression, _end: Token
     ) -> s.CallStatement:
-        """Return `target ?= value` as the question for the interface of the target."""
+        """Return `target ?= value` as a query for the interface of the target."""
         self.note("?=", target.at)
         arguments = tuple(s.Argument(None, one, False, one.at) for one in (value, target))
         return s.CallStatement(s.Name("__QUERYINTERFACE", target.at), arguments, target.at)

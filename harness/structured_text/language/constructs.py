@@ -16,8 +16,8 @@ from structured_text.language.syntax import Position
 
 __all__ = ["CONSTRUCTS", "TRANSLATED", "Use", "refuse"]
 
-#: Constructs that leave nothing in the checked tree that `prove` does not support: their names, and
-#: what to write instead in a portable program. `prove` itself refuses the types, conversions and
+#: Constructs that the checker translates to nodes which `prove` supports: their names, and what to
+#: write instead in a portable program. `prove` itself refuses the types, conversions and
 #: functions that it does not support.
 _TRANSLATED = {
     "a comment with // or /* */": "write (* ... *)",

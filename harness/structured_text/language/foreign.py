@@ -1,6 +1,6 @@
 """Sources that are not Structured Text of IEC 61131-3, and words that have no meaning in it.
 
-Each gives one message in place of many about its parts.
+Each of them is reported with a single message, instead of many about its parts.
 """
 
 from __future__ import annotations

@@ -90,7 +90,7 @@ _JOINING = ("CONCAT", "INSERT", "REPLACE")
 _JOINED = 255
 #: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")
-#: Functions of a declaration, not of a value.
+#: Functions that depend on the declaration of their argument, not on its value.
 _SIZES = ("SIZEOF", "XSIZEOF")
 _OF_VARIABLES = (*_SIZES, "LOWER_BOUND", "UPPER_BOUND")
 

@@ -319,10 +319,10 @@ def _methods_of(node: s.Pou) -> Iterator[s.Method]:
 
 
 def _extends(method: Pou, inherited: Pou) -> bool:
-    """Return whether the inputs of an `INIT` begin with those of the base's.
+    """Return whether the inputs of an `INIT` begin with those of the base block's `INIT`.
 
-    The base's gets its arguments by position, so only their types must be the same. An `INIT` may
-    leave out its result and the standard parameters' names.
+    The base block's `INIT` gets its arguments by position, so only their types must be the same. An
+    `INIT` may leave out its result and the names of the standard parameters.
     """
     own, base = (
         [describe(one.type).upper() for one in each.section("VAR_INPUT")]

@@ -303,7 +303,7 @@ class Operators:
         return t.Binary(op, one, other, result)
 
     def _compared(self, op: str, kind: EnumType, left: s.Expression, right: s.Expression) -> Type:
-        """Return the type to compare an enumeration in: a number with a number."""
+        """Return the type for a comparison with an enumeration; numbers are compared as numbers."""
         for side in (left, right):
             found = self._expressions.infer(side)
             if type_name(found) in ANY_INT:

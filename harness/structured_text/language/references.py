@@ -53,7 +53,7 @@ class References:
         self._scope = expressions.scope
 
     def followed(self, found: t.Variable) -> t.Variable:
-        """Return the referred variable of a REFERENCE TO; any other variable as is."""
+        """Return the target of a REFERENCE TO; return any other variable unchanged."""
         kind = found.type
         if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE":
             return t.Deref(found, _target(kind))

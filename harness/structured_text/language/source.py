@@ -146,7 +146,7 @@ class Extract(_AnyPath):
 
 
 def in_dialect(file: Path, dialect: str) -> Path:
-    """Return the path of a source that says its dialect."""
+    """Return the path of a source with its dialect."""
     if getattr(file, "dialect", "") == dialect:
         return file
     if not isinstance(file, Extract):

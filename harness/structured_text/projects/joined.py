@@ -17,7 +17,7 @@ from structured_text.projects.model import Foreign, Library, Lines, Piece, Proje
 
 __all__ = ["joined"]
 
-#: Comments and string literals, which are copied; then a name with the names before it.
+#: Matches a comment or string literal, which is copied, or a name with the names before it.
 _TOKEN = re.compile(
     r"(?P<other>\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'|\{[^}\n]*\})"
     r"|(?P<before>(?:[A-Za-z_]\w*\s*\.\s*)*|[\])^]\s*\.\s*)(?P<name>[A-Za-z_]\w*)",

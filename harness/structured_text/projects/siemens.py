@@ -149,8 +149,8 @@ def started(units: Sequence[Unit]) -> Project:
     at = one.piece.head[0].at
     task = ToolTask("", 0, None, ((one.name, one.name),), one.file, at)
     notes = tuple(
-        f"{unit.file}:{unit.piece.head[0].at}: {unit.name} does not run: what starts it, the "
-        "source does not say"
+        f"{unit.file}:{unit.piece.head[0].at}: {unit.name} does not run: the source does "
+        "not contain the event that starts it"
         for unit in blocks
         if unit is not one
     )

@@ -91,7 +91,7 @@ class SourceFiles:
 
     @property
     def users(self) -> tuple[list[Path], list[Path]]:
-        """Return the user's files and those of the library, also library files named directly."""
+        """Return the user's own files, and the library's files, even if named by the user."""
         folder = real(self.folder) if self.folder is not None else None
         named = {file for file in self.own if folder in real(file).parents}
         return [file for file in self.own if file not in named], [*named, *self.lib]

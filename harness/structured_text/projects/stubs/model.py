@@ -42,7 +42,8 @@ _NUMBERS = (
 #: The key of an argument without a name.
 _POSITION = re.compile(r"P(\d+)")
 _REALS = ("REAL", "LREAL")
-#: Types by the beginning of a name, as TwinCAT and CODESYS users write it, without a use.
+#: Types by the prefix of a name, as TwinCAT and CODESYS users write it; used if no use shows a
+# type.
 _BY_NAME = (
     ("by", "BYTE"),
     ("dw", "DWORD"),
