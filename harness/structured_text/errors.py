@@ -45,7 +45,7 @@ def legible(text: str) -> str:
     r"""Return a message with its control characters written as `\x1b`.
 
     Names of files, variables and keys in the message may come from a third-party project. An escape
-    sequence in them could clear the reader's screen or show lines that nobody has written.
+    sequence in them could clear the reader's screen or display forged lines.
     """
     return _CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 

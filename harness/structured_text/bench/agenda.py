@@ -35,8 +35,8 @@ class Agenda:
     Events of the same time, kind and device run in the order in which they were added.
 
     Attributes:
-        periods: Period of each repeated kind in microseconds: after an event of this kind the queue
-            adds the next one.
+        periods: Period of each repeated kind in microseconds. After such an event the queue adds
+            the next.
     """
 
     def __init__(self) -> None:

@@ -116,7 +116,7 @@ class Bench:
 
         Args:
             program: One ST file or project file, or several, or a folder.
-            lib: Folder of a library; the bench adds those of its files that the program needs.
+            lib: Folder of a library; the bench adds the library files that the program needs.
             scan: Period of the scan; default: the configuration's tick, or 10 ms.
             engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
             trace: File for the trace; it replaces the trace of an earlier run.

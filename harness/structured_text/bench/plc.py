@@ -89,7 +89,7 @@ class Plc:
             monitor.begin()
 
     def snapshot(self) -> object:
-        """Return the state of monitors and PLC, without that of the program."""
+        """Return the state of monitors and PLC, without the program's state."""
         monitors = [one.snapshot() for one, _ in self._monitors]
         return monitors, self.runs, self.powered, dict(self._outside)
 

@@ -52,7 +52,7 @@ class Branch(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """A decision: its line, that of its statement, its conditions and the code that joins them."""
+    """A decision: its line, its statement's line, its conditions and the code that joins them."""
 
     line: int
     at: int

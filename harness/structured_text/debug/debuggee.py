@@ -20,7 +20,7 @@ from structured_text.debug.watch_expressions import WatchExpressions
 
 __all__ = ["Debuggee", "Requests", "source_of", "unverified"]
 
-#: Answers a request: a body, or an order for the debugger.
+#: A function that answers a request: it returns a body, or an order for the debugger.
 Handler = Callable[[Message], Message | Order | None]
 
 

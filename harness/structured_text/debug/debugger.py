@@ -58,11 +58,11 @@ class Debugger:
     Attributes:
         player: Moves in time.
         memory: The program's variables.
-        front: Talks to the user.
-        breakpoints: Where to stop.
+        front: The user interface.
+        breakpoints: The breakpoints of the user.
         watches: Variables whose change stops the run.
-        rules: Whether a broken rule stops.
-        pausing: The user wants to pause.
+        rules: Whether a broken rule stops the run.
+        pausing: Whether the user has requested a pause.
     """
 
     player: Player

@@ -70,8 +70,9 @@ class Code:
 
     Attributes:
         pou: Its source.
-        begins: Line of the Python module to the line of the source whose statement begins there.
-        rounds: See `_Marking`, in lines of the module.
+        begins: For a line of the Python module, the source line with the statement that begins
+            there.
+        rounds: As in `_Marking`, but with line numbers of the module.
     """
 
     pou: t.Pou
@@ -177,9 +178,9 @@ class Places:
         return sorted({line for line, _ in found if first <= line <= last})
 
     def first_line(self, pou: t.Pou) -> int:
-        """Return the first line with a statement of a body; without statements that of the POU."""
+        """Return the first line with a statement of a body, or the POU's line if there are none."""
         return min((one.at.line for one in statements(pou.body)), default=pou.at.line)
 
     def last_line(self, pou: t.Pou) -> int:
-        """Return the line of the last statement of a body; without statements that of the POU."""
+        """Return the line of the last statement of a body, or the POU's line if there are none."""
         return max((one.at.line for one in statements(pou.body)), default=pou.at.line)

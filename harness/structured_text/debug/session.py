@@ -54,8 +54,8 @@ class Launched:
     Attributes:
         machine: The machine to debug.
         notice: Lines to print at the start.
-        last: Reason of the end of a recording: begin at its end with this text; empty to begin at
-            the start.
+        last: If it is not empty, the session begins at the end of the recording, and this text is
+            the reason of the stop.
     """
 
     machine: Machine

@@ -27,7 +27,7 @@ class Entry:
     """An active call of a POU: its code, its Python frame, and its position.
 
     Attributes:
-        line: Line of the source whose statement runs, or is about to.
+        line: Line of the source with the statement that runs, or is about to run.
         at: The same line of the module.
         fresh: Whether that is the first statement of this call.
     """

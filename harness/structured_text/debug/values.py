@@ -43,7 +43,7 @@ class Held:
         name: Its displayed name: a member, `[3]`, or the user's expression.
         get: Returns its value.
         set: Sets its value; None if it cannot be set.
-        path: An expression for it in its POU; empty without one.
+        path: An expression for it in its POU; empty if there is none.
     """
 
     name: str
@@ -232,7 +232,7 @@ class ProgramVariables:
         return self.shown(Held("", kind, lambda: held)).text
 
     def at(self, found: Resolved) -> Held:
-        """Return a variable by its path: from a program on, or that of a global variable."""
+        """Return a variable by its path, which begins with a program or a global variable."""
         kind, path = found.type, found.path
         if found.address is not None:
             slot = address_slot(found.address)

@@ -138,8 +138,8 @@ class Program(Protocol):
         """Record the calls of some block types from now on; return None if the engine cannot.
 
         Args:
-            blocks: Block names in upper case. The value is the index, among the block's
-                VAR_IN_OUT, of a variable to record with the call, or None.
+            blocks: For each block, by upper-case name, the index among its VAR_IN_OUT of a variable
+                to record with each call, or None.
         """
 
     def snapshot(self) -> object:

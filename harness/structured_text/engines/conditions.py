@@ -63,7 +63,7 @@ class Condition:
         self.mark()
 
     def mark(self) -> None:
-        """Take the current values as those of `BEFORE(...)`."""
+        """Save the current values as the values of `BEFORE(...)`."""
         if self.has_before:
             self.before = self._look_then()
 

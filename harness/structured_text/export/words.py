@@ -181,7 +181,7 @@ class Words:
             return "its unit differs from tool to tool, and some tools do not have it"
         if name.startswith(("CTU", "CTD")):
             return "count with R_TRIG and an addition"
-        return "write it with what the list has" if what == "function" else "write it otherwise"
+        return "use functions that are on the list" if what == "function" else "write it otherwise"
 
 
 @cache
@@ -237,7 +237,7 @@ def unwritten(
 
 
 def blocks_of(part: Part) -> set[str]:
-    """Return the standard blocks of which a part has instances."""
+    """Return the standard blocks that a part declares instances of."""
     used = () if isinstance(part.node, s.Configuration) else _used(part.node, ())
     return {name for what, name, _ in used if what == "block"}
 

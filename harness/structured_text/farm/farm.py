@@ -107,7 +107,8 @@ class Farm:
     ) -> Generator[tuple[Item, Result], None, None]:
         """Yield each item with its result, in the order of the items, as early as possible.
 
-        Closing the iterator ends the items in progress. An error of an item is raised in its turn.
+        Closing the iterator ends the items in progress. An error of an item is raised at its place
+        in this order.
 
         Args:
             work: A function of one item, or an object whose `prepare()` returns that function; it

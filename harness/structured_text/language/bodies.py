@@ -186,7 +186,7 @@ class _Statements:
             raise self._scope.error(f"{describe(target.type)} takes no arguments", node.at)
         instance = t.Deref(target, kind)
         calls = start_of(kind, instance, given or (), node.at, self._expressions)
-        made = t.Same("<>", target, t.Null(target.type), BOOL)  # 0 if there is no memory
+        made = t.Same("<>", target, t.Null(target.type), BOOL)  # 0 without memory
         return [*found, t.If(((made, tuple(calls)),), (), node.at)]
 
     def _enabled(self, node: s.Assign | s.CallStatement) -> list[t.Statement] | None:

@@ -48,7 +48,7 @@ class Conditions:
 
     @property
     def unclosed(self) -> int | None:
-        """Return the offset of the last {IF} without {END_IF}; None without one."""
+        """Return the offset of the last {IF} without {END_IF}; None if there is none."""
         return self._open[-1][0] if self._open else None
 
     def behind(self, word: str, rest: str, offset: int, end: int, text: str) -> int:

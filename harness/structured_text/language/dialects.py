@@ -167,9 +167,10 @@ def using(name: str | None) -> Iterator[None]:
 
 
 def dialect_of(paths: Iterable[Path]) -> str:
-    """Return the dialect of a program: that of the first source that says one.
+    """Return the dialect of a program.
 
-    If none does, it is the chosen one, and otherwise that of plain Structured Text.
+    It is the dialect of the first source that has one, else the chosen dialect, else that of plain
+    Structured Text.
     """
     said = (getattr(path, "dialect", "") for path in paths)
     return next(filter(None, said), "") or chosen() or IEC

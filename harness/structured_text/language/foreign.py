@@ -133,7 +133,7 @@ def _type(found: Sequence[Token], at: int) -> str:
 
 
 def one_for_all(errors: Iterable[InputError]) -> list[InputError]:
-    """Return the errors with one in place of all about jumps; it has their number."""
+    """Return the errors; a single error, with a count, replaces all errors about jumps."""
     every = list(errors)
     jumps = [one for one in every if one.message == LABELS or one.message.endswith(_JUMP)]
     if len(jumps) < 2:

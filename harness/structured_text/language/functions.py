@@ -86,7 +86,7 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
-#: Least length of their results in dialects whose plain STRING has another length than matiec's.
+#: Least length of their results in dialects with another length of a plain STRING than matiec's.
 _JOINED = 255
 #: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")

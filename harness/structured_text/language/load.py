@@ -66,9 +66,9 @@ Read = Callable[[Path], s.Source]
 #: A function that sees the names known in a body, and its statements.
 Visit = Callable[[Scope, tuple[s.Statement, ...]], None]
 
-#: Priority of a task without one, by the standard. It is the lowest, which runs last.
+#: Priority of a task without PRIORITY, by the standard: the lowest, which runs last.
 _LOWEST = 65535
-#: Longest scan of a program without a task beside tasks [us]: that of a program without any task.
+#: Period of a program that has no task in a project with tasks [us]; a shorter tick shortens it.
 _SCAN_US = 10_000
 
 

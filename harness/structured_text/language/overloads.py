@@ -71,7 +71,7 @@ def overload(node: _Node, methods: dict[str, t.Pou], expressions: Checking) -> t
 
 
 def _name_of(value: s.Expression, expressions: Checking) -> str:
-    """Return the name of the type of a value, that of an enumeration's base; empty for a number."""
+    """Return the name of a value's type, or of an enumeration's base type; empty for a number."""
     kind = expressions.infer(value)
     if kind is None:
         return ""

@@ -153,7 +153,7 @@ _Found = Iterator[tuple[s.Position, str]]
 
 
 def _library(source: s.Source, prefix: str) -> _Found:
-    """Yield violations of: one declaration per file, its name that of the file, the prefix."""
+    """Yield violations of: one declaration per file, with the file's name and the prefix."""
     for extra in source.declarations[1:]:
         yield extra.at, "a second declaration; the library has one per file"
     for one in source.declarations[:1]:
@@ -286,7 +286,10 @@ def _code(statement: s.Statement, members: set[str]) -> _Found:
             for side in (node.left, node.right):
                 yield from _promoted(side)
         elif isinstance(node, s.Unary) and node.op == "NOT" and _compares(node.operand):
-            yield node.at, "NOT of a comparison: turn it round, or call a function for it"
+            yield (
+                node.at,
+                "NOT of a comparison: use the opposite operator or a function",
+            )
 
 
 def _compares(operand: s.Expression) -> bool:

@@ -404,7 +404,7 @@ class References:
         found = self._all.check(argument, None)
         place = place_of(found)
         if isinstance(place, t.Use) and isinstance(place.type, ArrayType) and place.type.open:
-            hint = "take that of its first element"
+            hint = "take the address of its first element"
             raise self._scope.error("an array of open length has no address", node.at, hint)
         if place is None or isinstance(place.type, InterfaceType):
             raise self._scope.error(f"{node.function.text} needs a variable", node.at)
@@ -477,7 +477,7 @@ def _target(kind: ReferenceType) -> Type:
     Raise InputError if its declaration has an error, which has been reported.
     """
     if kind.target is None:
-        raise ConsequenceError("what a pointer leads to has an error")
+        raise ConsequenceError("the type of a pointer's target has an error")
     return kind.target
 
 

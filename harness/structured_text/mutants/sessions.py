@@ -176,7 +176,7 @@ class _Copies:
         return False
 
     def _start(self) -> None:
-        self._given_up = True  # Until the process connects.
+        self._given_up = True  # overwritten when the process connects
         with socket.create_server(("127.0.0.1", 0)) as server:
             server.settimeout(_LOOK_S)
             folder = Path(mkdtemp(dir=self._judge.there))

@@ -64,7 +64,7 @@ class Program(subprocess.Popen[Any]):
             ours.close()  # ends the guard if it has started
             raise
         self._line = ours
-        if said not in (b"0", b""):  # empty: the guard was killed
+        if said not in (b"0", b""):  # an empty answer means that the guard was killed
             with self:
                 pass
             raise OSError(int(said), os.strerror(int(said)), words[0])

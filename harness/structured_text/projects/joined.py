@@ -1,7 +1,7 @@
-"""Several projects at once, of which some are the libraries of others.
+"""Several projects at once, including projects that are libraries of others.
 
-A library's elements are known by their names, and with its namespace before them, which is left
-out of the sources. If two projects declare the same name, the library's element is renamed; the
+A project may name an element of a library with or without the library's namespace; the sources
+contain the bare name. If two projects declare the same name, the library's element is renamed; the
 library itself, and every project that names it with its namespace, then use the new name.
 """
 

@@ -26,7 +26,7 @@ _SAID = re.compile(
 )
 #: Names that the tools of the libraries know without a library.
 _BUILT_IN = ("ANY", "BIT", "FAILED", "HRESULT", "PVOID", "SUCCEEDED", "__SYSTEM", "__UXINT")
-#: What a message says instead of the names of many libraries.
+#: Text of a message in place of the names of many libraries.
 _OTHERS = "libraries that the project refers to"
 #: Number of names that a message lists.
 _LISTED = 8

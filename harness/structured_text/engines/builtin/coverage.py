@@ -122,7 +122,7 @@ class Plan:
     def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
         """Return the counter of a body.
 
-        `place` tells bodies without statements apart: it is the index among those of the node.
+        `place` is the index of a body without statements among such bodies of the node.
         """
         return self.run[id(body[0])] if body else self.blank[id(node)][place]
 

@@ -45,7 +45,7 @@ class Module:
         executed = bodies(rules_of(project.dialect))
         self.names.update({f"body_{name}": found for name, found in executed.items()})
         self._noted: set[str] = set()
-        # The length is bounded, because calls of instances that nobody observes are recorded, too.
+        # The length is bounded, because calls of instances that no user observes are recorded, too.
         self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
 
         def made() -> Code:

@@ -280,7 +280,7 @@ def _read(place: tuple[str, str]) -> str:
     return f"{holder}.{key[1:-1]}" if key.startswith("'") else f"{holder}[{key}]"
 
 
-#: Expressions with an effect, or whose evaluation can stop the program.
+#: Expressions that have an effect, or can stop the program when they are evaluated.
 _EFFECTS = (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)
 
 

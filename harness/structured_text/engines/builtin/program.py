@@ -111,7 +111,7 @@ class BuiltinProgram(OfProject):
         self._byte_lists: dict[str, tuple[Any, int]] = {}
 
     def _made(self, block: BlockType) -> Any:
-        """Return the instance of a program: a new one, or the one that others call by name."""
+        """Return a new instance of a program, or the instance that other POUs call by name."""
         key = block.name.upper()
         shared = self.project.global_symbols.get(key)
         if shared is not None and shared.type is block:

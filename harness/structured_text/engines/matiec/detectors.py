@@ -1,8 +1,8 @@
 """Detectors: the places of a checked program that a known fault of matiec concerns.
 
 Each detector has the name of its fault in `faults.toml`. The checked tree has a position for every
-statement, not for every expression. The place of an expression is therefore its statement, or its
-condition if it is that of ELSIF or UNTIL.
+statement, not for every expression. The place of an expression is therefore its statement, or the
+condition of ELSIF or UNTIL that contains it.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ def to_l5x(sources: Sources) -> Output:
             programs.append(made)
         lost += _begins_anew(part, project)
     for part in sources.of("CONFIGURATION"):
-        lost.append(lost_configuration(part, "make a periodic task and put the program in"))
+        lost.append(lost_configuration(part, "make a periodic task and add the program to it"))
     text = _document(types.values(), aois, programs, sources.names.project)
     head, _, rest = text.partition("\n")
     return Output({"": f"{head}\n<!--\n{sources.notice}\n-->\n{rest}"}, tuple(lost), newline="\r\n")

@@ -156,7 +156,7 @@ class _Reader:
             if base not in aliases:
                 return
             if base in seen:
-                hint = "name the tag that it is meant for in AliasFor"
+                hint = "name its tag in AliasFor"
                 raise self._error(f"the alias {name} leads to itself", tag, hint)
             if len(seen) > _MOST_ALIASES:
                 text = f"the alias {name} leads to more than {_MOST_ALIASES} others"

@@ -110,7 +110,7 @@ class Pin:
 
     @property
     def type(self) -> str:
-        """Return the inferred type: wide enough for what is given, else as narrow as required."""
+        """Return the inferred type: wide enough for given values, else as narrow as required."""
         known = self.given or self.wanted
         for order in (_INTEGERS, _BITS, _NUMBERS, _REALS):
             if known and all(kind in order for kind in known):
@@ -173,7 +173,7 @@ class Stub:
     number: int = 0
 
     def input(self, name: str) -> Pin:
-        """Return an input; a pin that was an output becomes one."""
+        """Return an input; an output of this name becomes an input."""
         key = name.upper()
         if key in self.in_outs:
             return self.in_outs[key]
@@ -182,7 +182,7 @@ class Stub:
         return self.inputs.setdefault(key, Pin(name))
 
     def output(self, name: str) -> Pin:
-        """Return an output; the input of this name if there is one."""
+        """Return an output, or the input of this name if it exists."""
         for known in (self.inputs, self.in_outs):
             if name.upper() in known:
                 return known[name.upper()]
