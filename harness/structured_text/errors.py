@@ -84,7 +84,7 @@ class InputError(Exception):
         column: int | None = None,
         hint: str = "",
     ) -> None:
-        place = getattr(file, "place", None)  # of a source that has lines of two files
+        place = getattr(file, "place", None)  # the source has lines from two files
         if place is not None and line is not None:
             file, line = place(line)
         self.message = message

@@ -1,4 +1,4 @@
-"""A queue of future events on a virtual clock, which gives the same order on every machine."""
+"""A queue of future events on a virtual clock; their order is the same on every machine."""
 
 from __future__ import annotations
 

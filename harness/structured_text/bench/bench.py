@@ -122,8 +122,8 @@ class Bench:
             trace: File for the trace; it replaces the trace of an earlier run.
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             replace: ST files for POUs of a project, by the POU's name.
-            dialect: The PLC tool whose behaviour the program gets; default: that of the project's
-                format, or plain Structured Text.
+            dialect: The PLC tool whose behaviour the program gets; default: the dialect of the
+                project's format, or plain Structured Text.
             device: The device to read of a project with several devices.
             keep: Number of trace records in memory; each snapshot contains them.
 

@@ -1,4 +1,4 @@
-"""The files that a run writes: checks that protect inputs and foreign files from overwriting."""
+"""Checks that the files that a run writes overwrite no inputs and no foreign files."""
 
 from __future__ import annotations
 

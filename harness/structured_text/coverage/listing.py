@@ -113,7 +113,7 @@ class Text:
             text = source_text(source)
             for number, shown in enumerate(text.splitlines(), 1):
                 at, _ = origin(source, number, 1)
-                # Several parts are from one line, or a part was assembled: show the line of the
+                # If several parts are from one line, or a part was assembled, show the line of the
                 # file.
                 if self.lines.setdefault(at, shown) != shown:
                     self.lines[at] = own[at - 1] if at <= len(own) else shown

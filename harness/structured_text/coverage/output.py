@@ -24,14 +24,14 @@ __all__ = ["ENGINE", "Outcome", "check_fail_under", "check_folder", "conclude", 
 #: The reason why coverage refuses another engine, for messages.
 ENGINE = "coverage is counted by the built-in engine"
 
-#: Marks at the head of each file of a report; files without one are not overwritten.
+#: Marks at the head of each file of a report; files without a mark are not overwritten.
 _MARKS = (f"{COMMAND} coverage".encode(), f"TN:{COMMAND}_coverage".encode())
 _HEAD = 200
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The text to print about a coverage, and whether it meets the requirements."""
+    """The text to print about the coverage, and whether the coverage meets the requirements."""
 
     text: str
     passed: bool
@@ -88,8 +88,8 @@ def conclude(
 def check_folder(folder: Path) -> None:
     """Refuse a folder in which a report could not be written.
 
-    Raise InputError if it is a file, or contains an index.html or other file of this name that no
-    report has written.
+    Raise InputError if it is a file, or contains an index.html or a similar file that is not from a
+    report.
     """
     if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError(
@@ -104,9 +104,9 @@ def write_report(
 ) -> list[Path]:
     """Write index.html, a page per file, coverage.lcov, mcdc.lcov (with MC/DC) and coverage.xml.
 
-    Pages of an earlier report that this one does not have are removed. Raise InputError if no
-    report has written an existing file, or a file cannot be written. The folder is created. Paths
-    of the files are relative to `home`; lcov gets absolute paths if wanted.
+    Pages of an earlier report that this one does not have are removed. Raise InputError if an
+    existing file is not from a report, or a file cannot be written. The folder is created. Paths of
+    the files are relative to `home`; lcov gets absolute paths if wanted.
 
     Returns:
         The first page, and the files for other tools.

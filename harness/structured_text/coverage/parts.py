@@ -1,4 +1,4 @@
-"""The counts of several processes, combined; a part is what one process has counted."""
+"""The counts of several processes, combined; a part contains the counts of one process."""
 
 from __future__ import annotations
 

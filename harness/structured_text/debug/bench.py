@@ -49,7 +49,7 @@ class BenchMachine:
 
     def restore(self, snapshot: Any) -> None:
         """Restore the state from `snapshot`."""
-        self.program.note_calls({})  # drop the calls of an abandoned scan
+        self.program.note_calls({})  # discard the logged calls of an abandoned scan
         self.bench.restore(snapshot)
 
     def inject(self, event: str, device: int) -> None:

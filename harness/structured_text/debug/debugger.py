@@ -178,7 +178,7 @@ class Debugger:
     def _steps_in(self, scan: int) -> bool:
         """Return whether a step can end in this scan."""
         order = self._going.order
-        if order.task:  # a fast scan must find its end, too
+        if order.task:  # the hook for the task in a fast scan detects the end of this step
             return False
         return scan >= self._goal if order.until == "scan" else order.until != "continue"
 
@@ -196,7 +196,7 @@ class Debugger:
                 self.player.plain()
         except _Hit:
             return False
-        # After a change the scan is repeated, which compares again.
+        # If a watch has changed, the repetition with all hooks stops at the change.
         return not any(watch.changed() for watch in self.watches)
 
     def _lines(self) -> dict[str, frozenset[int]]:

@@ -108,9 +108,9 @@ class DeviceBreakpoint(Breakpoint):
 
 
 def next_line(devices: Devices, file: str, line: int) -> int | None:
-    """Return the next line of a device's program at which a statement begins, from this line on.
+    """Return the first line from this one on at which a statement of a device's program begins.
 
-    None: there is none.
+    The result is None if there is no such line.
     """
     lines = devices.lines(file)
     place = bisect_left(lines, line)

@@ -31,9 +31,9 @@ class _Marking(Writer):
     The code is identical to the engine's, line by line, so the line numbers are valid for both.
 
     Attributes:
-        begins: Index of a line of code to the line of the source.
-        rounds: Index of the head of a loop, if it is not the first line of its statement, to that
-            first line. From the second round on the head counts as a statement of its own.
+        begins: For the index of a line of code, the line of the source.
+        rounds: For the index of a loop's head after the first line of its statement, that first
+            line. From the second round on the head counts as a statement of its own.
     """
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage) -> None:

@@ -1,4 +1,4 @@
-"""Movement to any moment of a run: from the nearest snapshot before it the run is repeated.
+"""Movement to any moment of a run: the run is repeated from the nearest snapshot before it.
 
 A moment is a scan and the number of a statement in it. Changes by the user are repeated at the
 moment where they were made. The machine is deterministic, so a repeated scan equals the first.

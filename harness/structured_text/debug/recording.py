@@ -1,4 +1,4 @@
-"""A recording of all inputs of a program, scan by scan; a test records, the debugger replays.
+"""A recording of all inputs of a program in a test, scan by scan, for replay in the debugger.
 
 A program depends only on its inputs, on what a test sets, and on the time. With these it behaves
 the same again, without the devices around it.

@@ -295,7 +295,7 @@ class Session:
         return {"exceptionId": COMMAND, "description": text, "breakMode": "always"}
 
 
-#: Exceptions due to a request with arguments of wrong types, or nested too deep.
+#: Exceptions caused by a request with arguments of wrong types or with too deep nesting.
 _MISTYPED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
 #: Requests that need no program, and requests that are allowed while it runs.

@@ -68,7 +68,7 @@ class Tracer:
         return len(self.depths)
 
     def clear(self) -> None:
-        """Reset the state to that between two scans."""
+        """Reset the hooks to their state between two scans."""
         self.stack, self.depths, self.tasks, self.roots = [], [], [], 0
         self.device = None
 

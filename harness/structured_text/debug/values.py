@@ -1,7 +1,7 @@
 """Variables of a program in the engine's representation: how to find, show and set them.
 
-A BOOL or number is itself, a time is in nanoseconds, an enumeration is its number. A structure or
-block is an object with slots in upper case, an array is one list of all elements.
+A BOOL or number has its Python value, a time is in nanoseconds, an enumeration is its number. A
+structure or block is an object with slots in upper case, an array is one list of all elements.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class OfProject:
         """Set the time from one scan to the next; see `Program.pace`."""
 
     def walk(self) -> Iterator[tuple[str, Type]]:
-        """Yield every variable of the program instances and every global one, parents first."""
+        """Yield every variable of the program instances and every global, parents first."""
         return walk(self.project)
 
     def located(self) -> list[Located]:

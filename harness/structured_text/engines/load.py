@@ -1,4 +1,4 @@
-"""The choice of the engine that runs a program; no other module chooses."""
+"""The choice of the engine that runs a program; no other module makes this choice."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ _TURNS = ("SERVING", "NEXTTICKET", "LOWEST")
 _NONE = Tables()
 _TIMERS = tuple(name for name in CLASSES if "start" in CLASSES[name].__slots__)
 _MEMORY = {"phase": ElementaryType("USINT")}
-#: Pins that the monitor of the contract reads, of any block.
+#: Pins that the monitor of the contract reads from every block.
 _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERRORID"}
 _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
 #: The size code of a slot of variable size; and the version of `marshal` that encodes equal values

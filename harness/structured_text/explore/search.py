@@ -1,4 +1,4 @@
-"""A breadth-first search of a world's reachable states; the first trace found is a shortest.
+"""A breadth-first search of a world's reachable states; it finds a shortest trace first.
 
 The steps from a state depend on nothing but the state and its number, so any process can take them
 (`shared`). This module merges their results strictly in the order of the states. Therefore the

@@ -28,7 +28,7 @@ class Missing:
         what: Its kind and name.
         why: What is missing, or what to do instead.
         file: The file that declares it.
-        replaced: It belongs to the library, and other blocks of the library replace it.
+        replaced: Whether it belongs to the library and other blocks of the library replace it.
     """
 
     what: str

@@ -57,7 +57,8 @@ class Form:
 
     Attributes:
         name: Its name; for an operator, its sign.
-        parameters: Names in the tool. A name that is written ends in `:=`; `...` stands for more.
+        parameters: Names in the tool. A name with `:=` is written in calls; `...` stands for more
+            parameters.
     """
 
     name: str

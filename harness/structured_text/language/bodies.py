@@ -430,7 +430,7 @@ class _Statements:
         counter = self._target(node.counter)
         kind = counter.type
         if isinstance(kind, EnumType) and isinstance(counter, (t.Use, t.Member, t.Index, t.Deref)):
-            # The loop counts the number; no other node says that the variable holds a member.
+            # The loop counts the number. No other node shows that the variable holds a member.
             self._scope.note("an enumeration as a number", node.counter.at)
             kind = ELEMENTARY[kind.base]
             counter = replace(counter, type=kind)

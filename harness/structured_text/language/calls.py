@@ -264,6 +264,6 @@ def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) 
 
 
 def pin_of(block: BlockType, name: str) -> Variable | None:
-    """Return the variable of a block by its name, without case; None without it."""
+    """Return the variable of a block by its name, without case; None if there is none."""
     key = pin_name(block, name)
     return next((pin for pin in block.variables if pin.name.upper() == key), None)

@@ -37,7 +37,7 @@ class Conditions:
     """The definitions and open conditions at a place of a source.
 
     Args:
-        note: Is called with the names that decide a condition and are not defined.
+        note: A function that gets the undefined names that decide a condition.
     """
 
     def __init__(self, note: Callable[[str], None]) -> None:

@@ -260,7 +260,7 @@ _SAFE = frozenset(
     )
 )
 
-#: Largest number of conditions that are joined by one operator each.
+#: From this number of conditions on, a vector is a sum instead of a chain of operators.
 _FEW = 50
 
 

@@ -290,7 +290,7 @@ class ExpressionCode:
         return of_type(f"({parts})[-1]", node.type)
 
     def _assigned(self, node: t.Assigned) -> Value:
-        """Return code that assigns a variable and has its new value."""
+        """Return an expression that assigns a variable; its value is the new value."""
         value = self.exact(node.value)
         if not is_scalar(node.type):
             code = self.variable(node.target)

@@ -62,7 +62,7 @@ class Module:
         """Replace the functions of these blocks by ones that record each call.
 
         Returns:
-            The calls, each as the identity of the instance and that of the variable or 0.
+            The calls, each with the identity of the instance, and of the variable or 0.
         """
         for name, place in blocks.items():
             if name not in self._noted and f"f_{name}" in self.names:
@@ -84,7 +84,7 @@ class Module:
         return None if found is None else self._origin(found)
 
     def running(self, frame: FrameType | None) -> Iterator[tuple[str, int]]:
-        """Yield file and line of the statements that run in a frame and in those that called it."""
+        """Yield file and line of the statements that run in a frame and in its callers."""
         while frame is not None:
             if frame.f_code.co_filename == self._code.file:
                 found = self._origin(frame.f_lineno)

@@ -158,7 +158,7 @@ class Pointing:
         return f"(s.{slot_name(node.symbol.name)} is not uncalled)"
 
     def _delete(self, pointer: t.Variable | t.Address) -> str:
-        """Return code that ends a variable made by `__NEW`, and sets the pointer to 0."""
+        """Return code that frees a variable made by `__NEW`, and sets the pointer to 0."""
         if isinstance(pointer, t.Address):
             return f"heap_delete(g, {self._code.exact(pointer)})"
         before: list[str] = []

@@ -119,7 +119,7 @@ class BuiltinProgram(OfProject):
         return self.module.names[f"b_{key}"](self._globals)
 
     def pace(self, scan_us: int) -> None:
-        """Run the tasks beside a program without a task in their intervals; see `Program.pace`."""
+        """Run tasks at their intervals although a program without a task runs in each scan."""
         if not self.project.free:
             return
         intervals = {
@@ -149,8 +149,8 @@ class BuiltinProgram(OfProject):
         """Run one base tick at PLC time `now_us` [µs].
 
         Raises:
-            InputError: The program divides by zero, leaves an array or does not end a loop. The
-                error has the file and line of the statement.
+            InputError: The program divides by zero, uses an index outside of an array, or does not
+                end a loop. The error has the file and line of the statement.
         """
         self._globals.now = now_us * 1000
         scans = self._scans
@@ -329,10 +329,10 @@ class BuiltinProgram(OfProject):
 
     @contextmanager
     def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
-        """Let Python functions answer the calls of FUNCTIONs, by name, inside the `with`.
+        """Replace the calls of FUNCTIONs, by name, by Python functions inside the `with`.
 
-        An answer gets the inputs in the order of their declaration, as the engine represents
-        them. Functions that the program does not have are ignored.
+        A Python function gets the inputs in the order of their declaration, as the engine
+        represents them. Functions that the program does not have are ignored.
         """
         with self.module.answering(answers):
             yield
@@ -353,7 +353,7 @@ class BuiltinProgram(OfProject):
     def running(self) -> Iterator[tuple[str, int]]:
         """Yield file and line of the running statements, the innermost first.
 
-        For use inside an answer (see `answering`).
+        For use inside a function of `answering`.
         """
         return self.module.running(inspect.currentframe())
 

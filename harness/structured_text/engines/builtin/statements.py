@@ -99,7 +99,7 @@ class Writer:
         self._emit(self._return())
 
     def _share(self) -> None:
-        """Store the VAR_IN_OUT that methods of the block use in the instance."""
+        """Store in the instance the VAR_IN_OUT that methods of the block use."""
         for symbol in self._pou.section("VAR_IN_OUT") if self._pou.block is not None else ():
             if symbol.shared:
                 self._emit(f"s.{symbol.name.upper()} = {symbol.name.upper()}")

@@ -116,7 +116,7 @@ class RefusedCodeError(Exception):
 
 #: A place in a message of gcc or clang.
 _C_PLACE = re.compile(r"([\w.]+\.[ch]):(\d+):")
-#: The first line of a function in the C code of iec2c; its name is that of the POU.
+#: The first line of a function in the C code of iec2c; it has the name of its POU.
 _C_FUNCTION = re.compile(r"^[A-Za-z_]\w*[ *]+(\w+?)(?:_body__|_init__)?\(")
 
 

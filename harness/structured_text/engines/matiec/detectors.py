@@ -48,7 +48,7 @@ def _for_counter(sources: Sources) -> Iterator[Hit]:
 
 
 def _for_limit(sources: Sources) -> Iterator[Hit]:
-    """Yield each FOR whose counter must pass the limit of its type to end."""
+    """Yield each FOR that ends only if its counter exceeds the limit of its type."""
     for pou, loop in _loops(sources):
         limits = INT_RANGE.get(type_name(loop.counter.type))
         end, step = _number(loop.end), _number(loop.step)
@@ -195,7 +195,7 @@ def _nested_array(sources: Sources) -> Iterator[Hit]:
                 yield Hit(pou.file, symbol.at, symbol.name)
 
 
-#: Most blocks in one declaration that iec2c reads.
+#: Highest number of blocks in one declaration that iec2c accepts.
 _MOST_BLOCKS = 2
 
 
@@ -213,7 +213,7 @@ def _three_blocks(sources: Sources) -> Iterator[Hit]:
 
 
 def _type_alias(sources: Sources) -> Iterator[Hit]:
-    """Yield each type that is another name of a structure."""
+    """Yield each type that is an alias of a structure."""
     for file in sources.files:
         for one in parse(file).declarations:
             if (

@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 _TABLE = Path(__file__).with_name("faults.toml")
-#: A name in the C code of FOR, which matiec writes since it knows CONTINUE (June 2024).
+#: A name in the C code that matiec writes for FOR since it supports CONTINUE (June 2024).
 _NEW = b"__do_increment"
 
 
@@ -47,7 +47,7 @@ class Fault:
         construct: The construct of the program.
         effect: The behaviour of matiec, as a predicate.
         instead: What to write instead.
-        refused: Whether there is no program at all, because the C code does not compile.
+        refused: Whether the C code does not compile.
         versions: `all`, `new` (since June 2024) or `old` (before).
     """
 

@@ -99,7 +99,7 @@ class Dialect(Protocol):
 class Member:
     """A field of a structure or a variable of a block, with its place in memory.
 
-    VAR_IN_OUT and VAR_EXTERNAL are not members, because their values belong to others.
+    VAR_IN_OUT and VAR_EXTERNAL are not members: their values belong to other variables.
     """
 
     type: Type

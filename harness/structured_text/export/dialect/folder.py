@@ -35,7 +35,7 @@ class Row:
         section: VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT or VAR; RESULT of a function, FIELD of a
             structure, MEMBER of an enumeration.
         initial: Its initial value; for a member its number; empty if there is none.
-        retain: It keeps its value when power is off.
+        retain: Whether it keeps its value when power is off.
     """
 
     name: str

@@ -31,7 +31,7 @@ def standard_blocks() -> list[Aoi]:
 
 
 def _ton() -> Aoi:
-    """Return TON by means of TONR.
+    """Return TON, implemented with TONR.
 
     TONR gets the highest preset and only counts the time; the code compares it with PT. So PT may
     change while the timer runs.

@@ -189,8 +189,7 @@ class _Writer:
     def _initialised(self) -> Iterator[str]:
         """Yield lines that set all variables but inputs to their initial values at the start.
 
-        In a program, variables that it does not write are left alone, because they come from
-        outside.
+        In a program, variables that it does not write are not set, because they come from outside.
         """
         own = written(self._pou, self._pous) if self._pou.kind == "PROGRAM" else None
         retained = retain(self._part)
