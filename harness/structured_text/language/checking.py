@@ -83,7 +83,7 @@ class Checking(Protocol):
         """Type a variable, member or element; a reference becomes its target."""
 
     def place(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element; a reference stays the reference itself."""
+        """Type a variable, member or element; a reference remains a reference."""
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
         """Type the base of a member, element or method."""

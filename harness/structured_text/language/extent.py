@@ -52,7 +52,7 @@ class Extents:
         self._made = 0
 
     def check(self, kind: Type, name: str, where: Declared, at: Position) -> None:
-        """Raise InputError if a variable of a type is larger than a program may be.
+        """Raise InputError if a single variable of a type exceeds the limit of a program.
 
         The parts of the type have been checked.
         """

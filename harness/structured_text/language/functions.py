@@ -61,7 +61,7 @@ from structured_text.language.widening import BITS_OF, joined, number_of, same_n
 
 __all__ = ["Functions", "same_text"]
 
-#: Standard functions that mean an operator, the functions of durations included.
+#: Standard functions that stand for an operator, including the functions of durations.
 _OPERATORS = {
     "ADD": "+",
     "SUB": "-",
@@ -275,7 +275,7 @@ class Functions:
         return found
 
     def _same_elements(self, one: Type, other: Type) -> bool:
-        """Return whether TIA Portal copies an array to another one: bounds may differ."""
+        """Return whether TIA Portal copies an array to another; only the bounds may differ."""
         return (
             self._scope.registry.dialect.name == "tia"
             and isinstance(one, ArrayType)

@@ -96,7 +96,7 @@ _UNSUPPORTED = {
     "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
-#: Tokens before a name that is declared or used: such a word is the name.
+#: Tokens before a name that is declared or used: a word after them is this name.
 _BEFORE_NAMES = frozenset(
     (
         "DOT",

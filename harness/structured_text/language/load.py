@@ -360,7 +360,7 @@ def _analysed(
 
 
 def _consequence(error: InputError) -> ConsequenceError:
-    """Return an error that follows from another one, marked as such."""
+    """Return an error, marked as the consequence of another error."""
     return ConsequenceError(
         error.message, file=error.file, line=error.line, column=error.column, hint=error.hint
     )
@@ -551,7 +551,7 @@ def _check_extent(
     declarations: Declarations,
     ordered: Sequence[Declared],
 ) -> None:
-    """Raise InputError if all variables of the running program are too many."""
+    """Raise InputError if the running program has too many variables in all."""
     if not ordered:
         return
     bodies = [

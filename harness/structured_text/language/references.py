@@ -221,7 +221,7 @@ class References:
     def generic(self, node: s.Expression, want: StructType) -> t.Expression:
         """Type the argument of an input that is ANY: pointer, size and class of a variable.
 
-        Raise InputError for a value, a variable without known bytes, or one of another group.
+        Raise InputError for a value, a variable without known bytes, or a type of another group.
         """
         found = self._all.check(node, None)
         kind, group = found.type, GROUPS.get(want.name)

@@ -2,8 +2,9 @@
 
 Declarations may stand in any order, and constants and types depend on each other: an array bound
 may be a constant, and the value of the constant may need a type. Each is therefore resolved on its
-first use. `under_way` has the names whose resolution has begun; to meet one again means a cycle. A
-pointer may lead to a type that contains it, so the targets of pointers are resolved last (`link`).
+first use. `under_way` has the names whose resolution has begun; if such a name occurs again, there
+is a cycle. A pointer may lead to a type that contains it, so the targets of pointers are resolved
+last (`link`).
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ class Types:
     # --- types ---
 
     def add_type(self, node: s.TypeDecl, where: Declared) -> None:
-        """Resolve a type of a TYPE … END_TYPE, unless that is done."""
+        """Resolve a type of a TYPE … END_TYPE, unless it has been resolved."""
         key = node.name.key
         if key in self.types or key in self.under_way:
             return

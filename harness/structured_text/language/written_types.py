@@ -72,7 +72,7 @@ def _lists(types: Resolving) -> Iterator[tuple[str, s.Section, Declared]]:
 def _declared(
     types: Resolving, sections: list[tuple[s.Section, Declared]], key: str
 ) -> Type | None:
-    """Return the type of a variable that is not declared yet; None without it."""
+    """Return the type of a variable that is not declared yet; None if there is none."""
     for section, declared in sections:
         for variable in section.variables:
             if key in (name.key for name in variable.names) and key not in types.under_way:

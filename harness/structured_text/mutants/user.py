@@ -1,4 +1,4 @@
-"""The mutants of a user's program, and their verdicts by his tests."""
+"""The mutants of a user's program, and the verdicts of the user's tests on them."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def _leave_with(pid: int) -> None:
         os._exit(code)
     import resource
 
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no core file of the guard
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the guard itself must not write a core file
     if -code != signal.SIGKILL:
         signal.signal(-code, signal.SIG_DFL)
     os.kill(os.getpid(), -code)

@@ -1,8 +1,8 @@
 """External programs: compilers, capture tools, tests. Only this module starts them.
 
 No program outlives this process, whether Ctrl-C, SIGTERM, SIGHUP or SIGKILL ends it. The process
-`guard` stands between the two and notices the end. A Python child that knows its parent ends with
-its standard input and needs no guard.
+`guard` between the two detects the end. A Python child that knows its parent ends with its standard
+input and needs no guard.
 """
 
 from __future__ import annotations

@@ -213,7 +213,7 @@ def interrupt_main_thread() -> None:
 
 
 def end_apart(pid: int, *, has_ended: bool = False, number: int | None = None) -> None:
-    """End a process that may be apart; except on Windows, with its child processes.
+    """End a process that may have called `be_apart`, and its child processes (not on Windows).
 
     If it `has_ended`, only its child processes are ended. If a `number` is given, this signal is
     sent instead of SIGKILL, and only to the process group.

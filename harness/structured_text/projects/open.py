@@ -172,7 +172,7 @@ def _foreign(
 
 
 def _readable(piece: Piece) -> Lines:
-    """Return the lines of a POU that can mention others, without the heads of unread parts."""
+    """Return the lines of a POU that can mention other POUs, without the heads of unread parts."""
     parts = tuple(part for part in piece.parts if not isinstance(part.body, Foreign))
     lines = tuple(line for part in parts for line in _readable(part))
     return (*piece.head, *lines, *(() if isinstance(piece.body, Foreign) else piece.body))

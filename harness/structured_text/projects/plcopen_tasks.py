@@ -1,4 +1,4 @@
-"""The tasks in PLCopen TC6 XML: by an interval, by a variable, or by an event of a tool.
+"""The tasks in PLCopen TC6 XML, started by an interval, a variable, or an event of a tool.
 
 The element `task` has the interval or, as `single`, a variable. CODESYS adds `TaskSettings`, with
 the kind of task.

@@ -410,7 +410,7 @@ class _Reader:
             token.new = _blank(token.text)
         elif token.kind in ("quoted", "local"):
             if token.text.upper() == '"THIS"' and before == "." and after == "[":
-                # A data block that is an array: its elements are those of "THIS".
+                # If a data block is an array, its elements are written as elements of "THIS".
                 self._at(place - 1).new = token.new = ""
                 return
             token.new = _named(token)

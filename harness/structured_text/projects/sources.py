@@ -154,7 +154,7 @@ def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[
     """Return the dialect of a program, or raise InputError.
 
     The user's choice comes first, then the formats of the project's files, then the `apax.yml` of
-    SIMATIC AX. It is empty if none says a dialect.
+    SIMATIC AX. It is empty if none of these gives a dialect.
     """
     if found := rules_of(given).name if given else chosen():
         return found

@@ -29,7 +29,7 @@ NAME = "Tasks"
 #: (freewheeling), or an event outside of the program, which never occurs here.
 EDGE, LEVEL, FREE, UNKNOWN = "edge", "level", "free", "unknown"
 
-#: Part of the note on a task that is started by an event without simulation.
+#: Part of the note on a task that is started by an event which is not simulated.
 NEVER = "it never occurs here"
 
 

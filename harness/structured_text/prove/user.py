@@ -189,7 +189,7 @@ def _told_of_original(error: InputError, copies: Copies) -> InputError:
 
 @dataclass
 class _Step:
-    """A scan from an arbitrary state: when it breaks each property, and the state before it."""
+    """A scan from an arbitrary state: conditions that break properties, and the state before."""
 
     machine: ProgramMachine
     before: Mapping[Place, Any]
@@ -222,8 +222,8 @@ class _Work:
     def results(self) -> list[Result]:
         """Return the results of all properties, after all methods have been tried.
 
-        Programs of several intervals are only searched, because induction considers every scan
-        alike.
+        Programs with several task intervals are only searched, because induction considers every
+        scan alike.
         """
         inner = [self._inner(self.bench.library.reference)] if self.bench.library.reference else []
         for key in self.watch.always:

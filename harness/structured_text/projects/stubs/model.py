@@ -42,8 +42,7 @@ _NUMBERS = (
 #: The key of an argument without a name.
 _POSITION = re.compile(r"P(\d+)")
 _REALS = ("REAL", "LREAL")
-#: Types by the prefix of a name, as TwinCAT and CODESYS users write it; used if no use shows a
-# type.
+#: Types by the prefix of a name, as TwinCAT and CODESYS users write it, if no use shows a type.
 _BY_NAME = (
     ("by", "BYTE"),
     ("dw", "DWORD"),

@@ -318,7 +318,7 @@ class Uses:
         return found
 
     def _nested(self, owner: Stub, member: s.Name, kind: str) -> Stub | None:
-        """Return the stub of the type of a stub's member, which has members itself."""
+        """Return the stub of the type of a stub's member, if this member has members itself."""
         pin = owner.output(member.text)
         if pin.given or pin.wanted:
             return self._stubs.get(pin.given[0].upper()) if pin.given else None
