@@ -177,6 +177,7 @@ def test_the_agreed_parameters_can_be_read(adapter: Adapter) -> None:
         assert scanner.connection is None
 
 
+@pytest.mark.exhaustive
 def test_no_packet_is_missing(adapter: Adapter) -> None:
     with scan(adapter) as scanner:
         before = adapter.shared.status()
@@ -355,6 +356,7 @@ def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:
         assert scanner.drops() == "of a wrong length (22 bytes instead of 50)"
 
 
+@pytest.mark.exhaustive
 def test_if_the_usual_port_is_taken_another_port_is_used(adapter: Adapter) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first:
         first.bind(("127.6.0.3", 2222))

@@ -144,6 +144,7 @@ def test_a_trace_that_cannot_be_written_ends_it_with_a_reason() -> None:
     assert said == f"rcx: controller {address} is gone: {text}\n"
 
 
+@pytest.mark.exhaustive
 def test_a_disk_that_fills_up_later_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """`rcx serve > log` ends with one line about the OSError, and with exit code 2."""
 

@@ -77,6 +77,7 @@ def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.exhaustive
 def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its worker ended with another item, after this item and before the result was fetched."""
     result = distributed.Future.result
