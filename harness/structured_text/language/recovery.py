@@ -393,7 +393,7 @@ class _Run:
             hint = f"write it after {str(before)!r}"
             return self._error("a ';' is missing", before, hint, after=True)
         if token.type == "$END":
-            return self._error("the file ends in the middle", before, _expectation(expected))
+            return self._error("the file ends too early", before, _expectation(expected))
         return self._error(f"{str(token)!r} is not expected here", token, _expectation(expected))
 
     def _error(

@@ -347,7 +347,7 @@ class References:
                 break
             if isinstance(one, InterfaceType) and not objects.is_a(one, InterfaceType(_QUERY)):
                 hint = f"let {one.name} EXTEND __SYSTEM.{_QUERY}"
-                raise self._scope.error(f"{name} cannot ask for {one.name}", at, hint)
+                raise self._scope.error(f"{name} cannot query {one.name}", at, hint)
         assert asked is not None
         key = asked.name.upper()
         blocks = objects.derived(key) + [one for one in objects.blocks if one == key]
