@@ -225,7 +225,7 @@ def test_a_restored_cell_goes_the_same_way_again(raw_cell: Build) -> None:
 
 def test_a_cell_with_a_trace_file_cannot_be_set_back(raw_cell: Build, tmp_path: Path) -> None:
     cell = raw_cell(trace=tmp_path / "trace.jsonl")
-    with pytest.raises(InputError, match="cannot be set back"):
+    with pytest.raises(InputError, match="cannot go back in time"):
         cell.snapshot()
 
 

@@ -56,7 +56,7 @@ def test_a_broken_rule_of_the_library_exits_with_1(tmp_path: Path, capsys: Captu
     file = write(tmp_path, "FB_Other", block())
     assert main(["check", str(file), "--lib", str(tmp_path)]) == 1
     out = capsys.readouterr().out
-    assert f"{file}:1:16: rule: FB_It is not called as its file, FB_Other\n" in out
+    assert f"{file}:1:16: rule: FB_It is not in a file of this name but in FB_Other\n" in out
 
 
 def test_lint_checks_folders_with_several_programs_and_binds_them_all(
@@ -98,8 +98,8 @@ def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
         (block("    t : TIME := T#1.5s;\n"), 3, "T#1.5s: write a TIME with one whole"),
         (block(body="  a := DINT#-5;\n"), 5, "DINT#-5: a sign after #"),
         (block(body="  a := TIME_TO_INT(T#1s);\n"), 5, "TIME_TO_INT: conversions of TIME differ"),
-        (block(body="  IF SHL(a, 1) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "compared at once"),
-        (block(body="  IF (NOT a) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "compared at once"),
+        (block(body="  IF SHL(a, 1) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "a comparison of NOT"),
+        (block(body="  IF (NOT a) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "a comparison of NOT"),
         (block(body="  b := NOT (a = a);\n"), 5, "NOT of a comparison"),
         (block(body="  b := NOT (b AND (a < a));\n"), 5, "NOT of a comparison"),
         (block(body="  t := MID(IN := 'abc', L := 1, P := 2);\n"), 5, "MID of a literal"),
@@ -117,7 +117,7 @@ def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
         ("TYPE\n  RCX_A : STRUCT\n    a : FB_X;\n  END_STRUCT;\nEND_TYPE\n", 3,
          "a block in a structure"),
         ("TYPE\n  RCX_A : ARRAY [0..Top] OF INT;\nEND_TYPE\n", 2,
-         "array bounds are to be literals"),
+         "array bounds must be literals"),
         ("TYPE\n  RCX_A : (A_ONE := 1, A_TWO);\nEND_TYPE\n", 2, "an enumeration with values"),
         ("TYPE\n  RCX_A : INT (0..5);\nEND_TYPE\n", 2, "a subrange"),
     ],

@@ -231,7 +231,7 @@ def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) 
     other = "def test_nothing():\n    pass\n"
     (project / "tests" / "test_lamp.py").write_text(other, encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
-    assert "none of 1 tests runs anything of plc" in capsys.readouterr().err
+    assert "none of 1 tests executes a statement of plc" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -261,7 +261,7 @@ def test_bad_input_ends_with_2(
 def test_a_row_of_reasons_must_be_whole(project: Path, capsys: Captured) -> None:
     Path("mutants.toml").write_text('[[survivor]]\nblock = "Lamp"\n', encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
-    assert "[[survivor]] 1 is not whole; write block, line" in capsys.readouterr().err
+    assert "[[survivor]] 1 is incomplete; write block, line" in capsys.readouterr().err
 
 
 _ASKS = """PROGRAM Asks

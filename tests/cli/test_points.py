@@ -302,7 +302,7 @@ def test_hands_of_other_robots_are_backed_up_on_request(robot: Robot, tmp_path: 
     [
         (["backup", "--kind", "axes"], "--kind 'axes' is not a kind of data; use points, comments"),
         (["backup", "--numbers", "9-3"], "--numbers '9-3' is not a range of points; write 0-99"),
-        (["backup", "--numbers", "0-30000"], "the last one is 29999"),
+        (["backup", "--numbers", "0-30000"], "the last number is 29999"),
         (["backup", "--numbers", "a"], "--numbers 'a' is not a range"),
         (["backup", "--robot", "5"], "--robot 5 is not a robot; use 1 to 4"),
         (["backup", "--undefined", "alarm"], "--undefined 'alarm' is not an alarm; write 6.204"),

@@ -279,7 +279,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
         ("i : INT;", "i := MIN(i, 3);",
          "Mine.st:5: FUNCTION_BLOCK FB_Mine: MIN is not on the list for"),
         ("s : STRING;", f"s := '{'x' * 83}';", "more than 82 characters"),
-        ("a : BOOL;", "IF a THEN\n a := FALSE;\n RETURN;\nEND_IF;", "a RETURN that is not an IF"),
+        ("a : BOOL;", "IF a THEN\n a := FALSE;\n RETURN;\nEND_IF;", "a RETURN that is not the"),
         ("x : DWORD; i : INT;", "x := SHL(x, i);", "a DWORD cannot be shifted by a variable"),
         ("Temp_D1 : BOOL; i : INT;", "i := WORD_TO_INT(SHL(INT_TO_WORD(i), 2));", "uses a name"),
     ],

@@ -26,7 +26,7 @@ CONFIGURATION Config0
 END_CONFIGURATION
 """
 
-_ANEW = "RETAIN: it begins anew when power was off"
+_ANEW = "RETAIN is not exported: a power loss resets it"
 _PIN = "its initial value: set it where you call the block"
 _CONFIGURATION = "93: CONFIGURATION Config0: TASK Slow (line 95), PROGRAM Main (line 96)"
 _BLOCK = "FUNCTION_BLOCK FB_Mine"

@@ -141,7 +141,7 @@ def test_the_label_of_an_enumeration_stays_one(tmp_path: Path, capsys: Captured)
     ((line, _, text),) = _found(capsys.readouterr().out, file)
     assert (line, text.partition("; ")[2]) == (
         8,
-        "declare what it is compared with, or assigned to, as that enumeration",
+        "declare the other operand, or the target, as that enumeration",
     )
     assert _check("matiec", file) == 1
     found = _found(capsys.readouterr().out, file)

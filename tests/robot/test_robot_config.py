@@ -197,7 +197,9 @@ def test_every_key_refuses_a_value_of_another_kind(
 
 @pytest.mark.parametrize(("value", "line"), [("9" * 5_000, 2), ("[" * 2_000, 2)])
 def test_a_value_too_long_is_refused_with_its_line(tmp_path: Path, value: str, line: int) -> None:
-    with pytest.raises(InputError, match="a number too long, or lists in lists too deep") as caught:
+    with pytest.raises(
+        InputError, match="a number with too many digits, or lists nested too deeply"
+    ) as caught:
         _load(tmp_path, f"size = 48\nauto_speed = {value}\n")
     assert caught.value.line == line
 

@@ -208,7 +208,7 @@ def test_a_workpiece_is_placed_and_taken_away(hosts: list[ServedHost], client: W
         ("workpieces", '{"axis": 1, "pulses": 3000000000}', "a workpiece stands at -2147483648"),
         ("workpieces", '{"axis": 1, "pulses": 1.5}', "a workpiece stands at a whole number of"),
         ("workpieces", '{"axis": NaN}', "a workpiece is expected"),
-        ("recording", '{"do": "pause"}', "a recording can start and stop"),
+        ("recording", '{"do": "pause"}', "a recording can only start or stop"),
         ("recording", "{}", 'a recording is expected: {"do": "start"}'),
         ("events", "", 'an event is expected: {"event": "emergency_stop"}'),
         ("events", "[]", 'an event is expected: {"event": "emergency_stop"}'),

@@ -173,6 +173,6 @@ def test_a_bench_is_debugged_forwards_and_backwards(lamp: Path) -> None:
     machine.restore(before)
     assert (machine.scans, machine.program.read("Main.Count")) == (0, 0)
     machine.inject("plc_stop", 1)
-    with pytest.raises(InputError, match="the PLC does not run"):
+    with pytest.raises(InputError, match="the PLC is not in RUN"):
         machine.scan()
     machine.close()

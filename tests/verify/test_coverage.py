@@ -129,9 +129,9 @@ def test_a_branch_that_is_not_taken_is_named_with_its_line(measured: Measure) ->
     result = measured([(20, True, "SIZE_SMALL")])
     assert _open(result) == [
         "17: not taken: ELSIF Level > 5",
-        "19: not taken: none of the IF (no ELSE)",
+        "19: not taken: no condition of the IF was TRUE (no ELSE)",
         "23: not taken: CASE SIZE_LARGE",
-        "24: not taken: CASE without a label that fits",
+        "24: not taken: no label of the CASE fits",
         "29: not taken: WHILE without a round",
     ]
     assert not result.statement_share.complete

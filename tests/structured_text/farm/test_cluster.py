@@ -90,8 +90,9 @@ def test_a_cluster_that_does_not_answer_is_reported(silent: int) -> None:
     with pytest.raises(InputError) as caught:
         list(farm.run(math.factorial, [1]))
     assert str(caught.value).startswith(
-        f"there is no cluster at tcp://127.0.0.1:{silent}: who listens there does not answer as "
-        "one; start one (docs/how-to/cluster.md), its scheduler with distributed 20"
+        f"there is no cluster at tcp://127.0.0.1:{silent}: the program at this address does "
+        "not answer like a scheduler; start one (docs/how-to/cluster.md), its scheduler with "
+        "distributed 20"
     )
 
 

@@ -314,7 +314,7 @@ _REFUSED = [
     ("A VAR S : I_Shape; B : TON; END_VAR S := B;", "let it IMPLEMENT I_Shape"),
     ("A VAR N : I_Named; S : I_Shape; END_VAR S := N;", "I_Named does not implement it"),
     ("A VAR S : I_Shape; B : BOOL; END_VAR B := __QUERYINTERFACE(S, S);",
-     "__QUERYINTERFACE cannot ask for I_Shape"),
+     "__QUERYINTERFACE cannot query I_Shape"),
     ("A SUPER^();", "A does not"),
     ("A EXTENDS FB_Shape METHOD Area : INT Area := SUPER^.Area(); END_METHOD",
      "is ABSTRACT and has no body"),

@@ -115,7 +115,7 @@ def test_a_task_by_an_unknown_event_is_noted(settings: str, said: str, tmp_path:
     files = source_files(file, None)
     (note,) = files.notes
     assert said in note
-    assert note.endswith("does not call Count; --replace Tasks=file.st gives them another")
+    assert note.endswith("does not call Count; give other tasks by --replace Tasks=file.st")
     with Bench.build(files, engine="builtin") as bench:
         bench.scan(2)
         assert bench["Cyclic.k"] == 1

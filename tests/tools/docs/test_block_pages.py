@@ -253,7 +253,7 @@ def test_an_example_with_an_input_that_is_not_there_is_told() -> None:
 def test_an_example_of_a_block_that_is_not_there_is_told(tmp_path: Path) -> None:
     file = tmp_path / "snippets.toml"
     file.write_text('[before]\n[[block]]\nname = "FB_Nothing"\n', encoding="utf-8")
-    with pytest.raises(InputError, match="no block is called 'FB_Nothing'"):
+    with pytest.raises(InputError, match="there is no block 'FB_Nothing'"):
         examples.snippets(file)
 
 

@@ -66,7 +66,7 @@ def test_every_key_of_a_table_is_there_with_its_default(table: str, kind: type) 
     shown = _table(f"Key of `[[{table}]]`")
     internal = {"path", "offset"}  # the place where a program was read: not keys of a robot file
     assert set(shown) == {entry.name for entry in fields(kind)} - internal
-    words = {"None": "nothing there", "()": "none", "True": "true", "": "none"}
+    words = {"None": "no workpiece", "()": "none", "True": "true", "": "none"}
     for name, (_, default) in shown.items():
         given = str(getattr(kind(), name)).removesuffix(".0")
         assert default == words.get(given, given), name

@@ -240,7 +240,8 @@ def test_each_property_has_a_row_with_what_it_rests_on() -> None:
     }
     rows = {name: tell(figures) for name, tell in prove.rows}
     assert rows["scans in which translation and engine agree"] == (
-        "110,400 of 156 blocks, at least 600 of each (what calls SIN, COS or ATAN is left out); "
+        "110,400 of 156 blocks, at least 600 of each "
+        "(blocks that call SIN, COS or ATAN are left out); "
         "not compared on matiec (none); differences 0"
     )
     (heads, lines), (_, taken) = (table(figures) for table in prove.tables)

@@ -86,15 +86,15 @@ def test_no_file_is_left_of_a_block_that_is_not_in_the_table() -> None:
     ("change", "message"),
     [
         ({"commands": ["MovePtpp"]}, "no remote command"),
-        ({"inputs": ["Pointt"]}, "no pin is called 'Pointt'"),
+        ({"inputs": ["Pointt"]}, "there is no pin 'Pointt'"),
         ({"inputs": []}, "no pin for"),
         ({"outputs": []}, "no pin for positions"),
-        ({"commands": ["MovePtp", "MoveArch"]}, "other fields"),
+        ({"commands": ["MovePtp", "MoveArch"]}, "differ"),
         ({"commands": ["MovePtp", "MovePtp"]}, "several commands need"),
         ({"only": {"speed_mode": [1, 9]}}, r"are not values of speed_mode, which has \[0, 1, 2"),
         ({"only": {"speed_mode": []}}, "are not values of speed_mode"),
         ({"only": {"speedy": [1]}}, r"are not values of speedy, which has \[\]"),
-        ({"echo": ["positions"]}, "no pin asks for positions"),
+        ({"echo": ["positions"]}, "no pin requests positions"),
         ({"inputs": [{"pin": "X", "type": "INT", "to": "nothing", "comment": ""}]}, "no field"),
     ],
 )

@@ -163,7 +163,7 @@ def test_overflows_are_noted_or_proved(tmp_path: Path, asked: bool, status: str)
         "overflow Cell.st:17": status,
     }
     assert found["overflow Cell.st:15"].says == "arithmetic stays in its type: Stage + 1"
-    assert "from a state that no run may come to: Main.Stage = 32767" in (
+    assert "from a state that may be unreachable: Main.Stage = 32767" in (
         found["overflow Cell.st:15"].note
     )
 
@@ -188,7 +188,7 @@ def test_an_undecided_property_is_unknown_with_a_state(tmp_path: Path) -> None:
     )
     found = proved(tmp_path, body, limit_s=0.5)["assert Cell.st:16"]
     assert found.status == "unknown"
-    assert "from a state that no run may come to: Main.Stage = 19998" in found.note
+    assert "from a state that may be unreachable: Main.Stage = 19998" in found.note
 
 
 @pytest.mark.parametrize(

@@ -216,7 +216,7 @@ _UNITS = [
     ("TYPE A1 : STRUCT B : A1; END_STRUCT; END_TYPE", 1, "a type cannot contain itself"),
     ("TYPE A1 : STRUCT B : INT; b : INT; END_STRUCT; END_TYPE", 1, "the field b is declared twice"),
     ("TYPE A1 : (ONE, one); END_TYPE", 1, "the member one is declared twice"),
-    ("TYPE A1 : INT;", 1, "the file ends in the middle"),
+    ("TYPE A1 : INT;", 1, "the file ends too early"),
     ("TYPE A1 : (ONE := 32767, TWO); END_TYPE", 1, "a member is outside INT (-32768 to 32767)"),
     ("TYPE A1 : (ONE := 255, TWO) USINT; END_TYPE", 1, "a member is outside USINT (0 to 255)"),
     ("FUNCTION F1 : INT VAR_IN_OUT A : INT; END_VAR VAR_INPUT B : INT; END_VAR\n"

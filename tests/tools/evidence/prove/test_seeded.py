@@ -118,7 +118,7 @@ def test_a_bug_that_breaks_less_or_more_is_a_defect(library: Path, row: str, def
         ([_row(old="x")], "the seeded bug 'n': `old` stands 3 times in FB_A.st"),
         ([_row(old="y := 2")], "stands 0 times"),
         ([_row(file="FB_C.st")], "stands 0 times in FB_C.st"),
-        ([_row(new="y := x")], "give text that stands there once, and another one instead"),
+        ([_row(new="y := x")], "`old` must occur exactly once, and `new` must differ from it"),
         ([_row(breaks=["x"])], "there is no property 'x'; use y, z, other"),
         ([_row(breaks=[])], "none of them empty"),
         ([_row(what="more")], "it needs name, file, old, new, breaks"),

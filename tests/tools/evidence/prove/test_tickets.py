@@ -24,7 +24,7 @@ _BLOCKS = ("FB_RcxJob", "FB_RcxMakeHead", "FB_RcxTakeHead", "FB_RemoteCommand", 
 #: it.
 _PARTS = (
     ("turn-hands", "", "", "sequence-in-the-turn-of-the-commands"),
-    ("turn-once", "SEQUENCE FB_RCXJOB", "nobody was seen", "ticket-passed-on-unseen"),
+    ("turn-once", "SEQUENCE FB_RCXJOB", "no block was called", "ticket-passed-on-unseen"),
     ("turn-order", "SEQUENCE FB_RCXJOB", "keeps its ticket", "new-ticket-in-each-call"),
     ("turn-back", "SEQUENCE FB_RCXJOB", "passes", "turn-not-passed-on-after-an-error"),
     ("turn-free", "COMMAND FB_RCXJOB", "", "lost-link-keeps-waiting-blocks"),
