@@ -181,7 +181,7 @@ def test_any_elsewhere_is_refused(mistakes_of: Mistakes, place: str) -> None:
 def test_a_query_gives_the_interface_or_pointer_of_the_same_block(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """The sources are the pages "Operator '__QUERYINTERFACE'" and "… '__QUERYPOINTER'" of CODESYS."""
+    """Sources are the pages "Operator '__QUERYINTERFACE'" and "… '__QUERYPOINTER'" of CODESYS."""
     variables = """ One : F1; Two : F2; Three : F3; Base : I_Base; First : I_1; Second : I_2;
       B : BOOL; N, M : INT; P : POINTER TO F1; Many : ARRAY [0..1] OF F1;
       Row : ARRAY [1..2] OF POINTER TO F1; Z : REF_TO F1; """
