@@ -260,7 +260,7 @@ def test_without_writing_the_blocks_end_and_reading_says_why(twin: str) -> None:
 
 
 def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -> None:
-    """Its timers do not include the changes by the other instance.
+    """The timers of an instance do not include changes by the other instance.
 
     Source: chapter 5, 3, caution.
     """

@@ -218,7 +218,10 @@ _STATUSES = (0x0000, 0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000, 0x0300, 0x8
 def test_an_output_without_end_whose_block_has_gone_is_ended(
     alone: Alone, serving: int, lowest: int
 ) -> None:
-    """This includes the last ticket number before the numbers restart. Source: guide 4.7.4."""
+    """The status reset ends such an output, also for the last ticket before the numbers restart.
+
+    Source: guide 4.7.4.
+    """
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     alone["Robot.Inner.Code"], alone["Robot.Inner.Data[1]"] = 0x0505, 0x0001
     for now in (0, 50, 60):

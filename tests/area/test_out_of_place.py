@@ -327,7 +327,7 @@ def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str
 def test_a_relative_movement_goes_its_way_once_or_not_at_all(
     moved: Callable[[str, str, int], Cell], engine: str, skip: str
 ) -> None:
-    """This holds with and without status 0x0100.
+    """A relative movement is made once or not at all, with and without status 0x0100.
 
     Place 3 is between the area blocks of another robot.
 

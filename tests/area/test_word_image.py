@@ -127,7 +127,7 @@ def test_a_smaller_image_is_told_by_its_size_in_bytes() -> None:
 
 @pytest.mark.parametrize("size", [0, 47, -32768])
 def test_no_area_lies_in_an_image_that_is_too_small(size: int) -> None:
-    """This also holds if the image's size minus the area's size does not fit into an INT."""
+    """A small image is refused even if its size minus the area's size does not fit into an INT."""
     plc = AreasBench(m=0, n=0)
     plc.change("ReadArea.ImageSize", "WriteArea.ImageSize", to=size)
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8031

@@ -40,7 +40,7 @@ def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
 
 
 def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
-    """In this case SI(06) does not turn ON again by itself."""
+    """While a program stop holds SI(06) OFF, the next command does not wait for SI(06)."""
     plc = jog_plc()
     jogging(plc)
     plc["Robot.Inner.HoldStop"] = True

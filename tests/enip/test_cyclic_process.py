@@ -242,7 +242,7 @@ def test_packets_carry_the_code_point_that_was_agreed(target: Target) -> None:
 
 
 def test_a_port_that_is_taken_is_refused_in_one_sentence() -> None:
-    """Otherwise two processes at one port would share its packets without any error."""
+    """The second process at a port is refused, because both would share its packets unnoticed."""
     with SharedImages.create(48) as images, udp(ROBOT) as first:
         port = first.getsockname()[1]
         first.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -248,7 +248,7 @@ def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() ->
 
 
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
-    """Otherwise the table would run with the old pins while its earlier command still waits.
+    """The table refuses a start while its earlier command still waits, because its pins are old.
 
     Source: no section (this library's own).
     """

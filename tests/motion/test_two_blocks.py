@@ -210,7 +210,10 @@ def test_a_robot_program_that_begins_ends_it() -> None:
 
 
 def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
-    """It is unknown what the program moves. Source: manual chapter 5, 2.2: SO(13)."""
+    """A robot program that starts ends the work, because it may move either robot.
+
+    Source: manual chapter 5, 2.2: SO(13).
+    """
     bench = PartBench()
     _sent(bench, 4)
     bench.send(*_HARMLESS["moves robot 2"])
@@ -222,7 +225,9 @@ def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
 
 
 def test_no_other_block_may_switch_one_of_two_outputs_of_the_hand() -> None:
-    """This includes the output that opens the hand.
+    """The work ends if another block switches one of the hand's outputs.
+
+    This includes the output that opens the hand.
 
     Source: guide 4.5.1; RCX_GRIPPER, OpenOutput.
     """

@@ -60,7 +60,7 @@ def test_a_line_and_a_point_go_out_within_a_second_or_not_at_all(
 
 @pytest.mark.parametrize("key", ["StepLine", "Teach"])
 def test_behind_a_movement_of_another_block_no_line_and_no_teaching_is_possible(key: str) -> None:
-    """Otherwise the robot would be elsewhere than at the press when the key gets its turn.
+    """The keys are refused behind a movement, after which the robot would be at another place.
 
     Source: RCX_PANEL_KEYS.Teach; guide 4.2: category 1.
     """

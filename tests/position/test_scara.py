@@ -379,7 +379,7 @@ def test_the_arm_is_right_handed_unless_it_is_said() -> None:
 
 
 def test_axes_5_and_6_do_not_count() -> None:
-    """This applies to the position and to the arm.
+    """Axes 5 and 6 of the position and of the arm have no effect.
 
     Source: comments of RCX_SCARA and of PositionMm.
     """

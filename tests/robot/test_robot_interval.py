@@ -76,7 +76,7 @@ def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
 
 
 def test_another_input_in_the_exchange_of_a_switch_off_is_not_recognised() -> None:
-    """It is not a violation, because a slow packet may have brought an earlier change with it.
+    """The other change is ignored without a violation, because it may come from an earlier packet.
 
     Rule: interval-stops.
     """
@@ -200,7 +200,10 @@ def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_o
 
 @pytest.mark.parametrize("lost", [False, True])
 def test_the_interval_counts_from_no_change_before_the_first_image(lost: bool) -> None:
-    """This applies to power-on and to a loss. Rule: link-first-image."""
+    """The first image after power-on or a loss may change inputs without the interval.
+
+    Rule: link-first-image.
+    """
     master = Master()
     if lost:
         master.power_up()

@@ -171,7 +171,7 @@ def test_auto_mode_comes_its_time_after_the_last_change() -> None:
 
 
 def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
-    """Afterwards there has been no connection since power-on: Network Status is green.
+    """A power cycle without a connection counts as "never connected": Network Status is green.
 
     The alarm is 12.551.
 

@@ -177,7 +177,7 @@ def test_a_copy_with_another_key_keeps_its_axes(tmp_path: Path) -> None:
 
 
 def test_a_cartesian_model_is_no_scara_robot() -> None:
-    """Its soft limits are in mm, lines are straight, and it has no arm designation."""
+    """A Cartesian model has soft limits in mm, straight lines, and no arm designation."""
     points = {1: Point((100_000, 50_000, 20_000, 0, 0, 0), mm=True)}
     master = mover(robot="SXYX", points=points)
     assert master.execute(0x1003, 0, 0, 0, 1)[0] == NORMAL

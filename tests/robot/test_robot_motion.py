@@ -100,7 +100,10 @@ def test_a_movement_without_a_way_is_done_at_once() -> None:
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("code", [0x0001, 0x0003])
 def test_an_axis_beyond_its_soft_limit_can_come_back(code: int, sign: int) -> None:
-    """It cannot stay there or move farther. Rule: limits-on-the-way."""
+    """An axis beyond its soft limit can move back, but cannot stay there or move farther.
+
+    Rule: limits-on-the-way.
+    """
     axes = (Axis(start=sign * 1_000_100), Axis())
     points = {
         19: Point((sign * 999_000, 500, 0, 0, 0, 0)),

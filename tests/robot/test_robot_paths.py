@@ -210,7 +210,10 @@ def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> 
 @pytest.mark.parametrize("axes", range(1, 7))
 @pytest.mark.parametrize("on_r", [False, True])
 def test_pulses_come_back_from_millimetres(axes: int, on_r: bool) -> None:
-    """This holds for any number of axes. Rule: coordinates."""
+    """Pulses, converted to millimetres and back, do not change, for any number of axes.
+
+    Rule: coordinates.
+    """
     frame = Frame(
         (1000.0, 700.0, 300.0, 100.0, 50.0, 1.5)[:axes],
         shift=(1_000, -2_000, 3_000, 33_000),
@@ -236,7 +239,9 @@ def test_a_way_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
 
 
 def test_a_path_that_passes_its_target_on_the_way_is_not_done_there() -> None:
-    """Examples are an arc that begins beside its end, and an arch axis that rises past its target.
+    """A path is not done when it passes its target.
+
+    Examples are an arc that begins beside its end, and an arch axis that rises past its target.
 
     Rule: arrival.
     """

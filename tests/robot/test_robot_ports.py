@@ -144,7 +144,7 @@ _NO_OUTPUTS += " SOD(3) SOD(15) SOX(2) SI(20) SO"
 
 @pytest.mark.parametrize("name", _NO_OUTPUTS.split())
 def test_a_name_that_is_not_an_output_of_this_board_is_refused(name: str) -> None:
-    """These are dedicated ports, ports beyond 15, reserved words, and words beyond a short area.
+    """Dedicated ports, ports beyond 15, reserved words and words beyond a short area are refused.
 
     Rule: ports.
     Source: manual chapter 1, 4.1; chapter 3, 2.2 (ports 2 to 15)

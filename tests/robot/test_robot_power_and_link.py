@@ -49,7 +49,10 @@ def test_si00_off_at_power_on_is_an_emergency_stop_without_alarm() -> None:
 
 
 def test_a_loss_of_the_link_is_one_alarm_however_long_it_lasts() -> None:
-    """This also holds if the alarm is not serious. Rule: link-loss-alarm, minor-alarms."""
+    """A long loss of the link is a single alarm, also if the alarm is not serious.
+
+    Rule: link-loss-alarm, minor-alarms.
+    """
     master = powered_up(minor_alarms=("12.552",))
     master.connected = False
     master.run(100)

@@ -55,7 +55,7 @@ def test_without_motor_power_the_program_stops_or_goes_on(off: str, knob: bool, 
 
 @pytest.mark.parametrize("programs", [True, False])
 def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
-    """This holds with and without programs. Rule: main-power."""
+    """A loss of main power ends a movement, whether programs continue or not. Rule: main-power."""
     master = servos_on(motor_power_stops_program=programs, servo_off_alarm="6.301")
     _send(master, *POINT_1)
     master.send(*MOVE)

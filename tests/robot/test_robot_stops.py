@@ -164,7 +164,10 @@ def test_a_stop_that_an_emergency_stop_overtakes_does_not_stop_the_next_start() 
 
 @pytest.mark.parametrize("name", ["SI01", "SI12"])
 def test_an_alarm_before_the_answer_takes_the_request_back(name: str) -> None:
-    """This includes an alarm that leaves the servos unchanged. Rule: alarm-stops, answers."""
+    """Any alarm before the answer ends the request, even an alarm that leaves the servos on.
+
+    Rule: alarm-stops, answers.
+    """
     delays = {"servo_on_delay": 500, "program_start_delay": 500}
     master = powered_up(alarm_stops_servo=False, **delays)
     master.pulse(name)
@@ -202,7 +205,7 @@ def test_a_return_to_origin_without_an_axis_to_move_is_no_attempt() -> None:
 
 @pytest.mark.parametrize("command", [0, 0x0032])
 def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
-    """This holds for a movement that was started by an input or by a command.
+    """A stopped return-to-origin, by an input or by a command, causes one alarm.
 
     Rule: stop-alarm, origin-command-needs.
     Source: manual chapter 4, 4, 12.400 b

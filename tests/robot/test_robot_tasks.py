@@ -116,7 +116,10 @@ def test_halt_ends_all_tasks() -> None:
 
 
 def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> None:
-    """This holds even if no other task does anything in between. Rule: tasks."""
+    """The started task begins in the next cycle, even if no other task does anything.
+
+    Rule: tasks.
+    """
     programs = (
         RobotProgram(steps=("START 3", "WAIT SI(27)=1")),
         RobotProgram(steps=("SO(30)=1", "WAIT SI(27)=1")),
@@ -224,7 +227,10 @@ def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
 
 @pytest.mark.parametrize("shown", [True, False])
 def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(shown: bool) -> None:
-    """This holds whether SO(13) shows that task or not. Rule: program-reset-running, tasks."""
+    """A program reset during a task is not executed later, whether SO(13) shows the task or not.
+
+    Rule: program-reset-running, tasks.
+    """
     master = _running(running_shows_all_tasks=shown, program_reset_delay=500)
     master.run(500)
     master.pulse("SI12")

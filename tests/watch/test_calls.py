@@ -127,7 +127,7 @@ def test_three_calls_are_counted(build: Build) -> None:
     ],
 )
 def test_areas_that_are_taken_twice_are_reported(build: Build, body: str, text: str) -> None:
-    """Otherwise Elapsed would be 0, or data and code would be sent in one scan."""
+    """A second call of an area block is reported, because Elapsed or a command would be wrong."""
     assert told(build(body)) == [text]
 
 

@@ -185,7 +185,7 @@ def test_a_message_that_comes_too_late_does_not_press_again(program: Program, pl
 def test_a_message_that_comes_after_its_page_was_silent_does_not_press_again(
     program: Program, plate: Plate, clock: _Clock, others: int
 ) -> None:
-    """This holds for any number of pages that came in the meantime.
+    """A late message of a silent page presses no key, however many pages have come since.
 
     Source: docs/how-to/network.md, a key is TRUE as long as it is held.
     """

@@ -183,7 +183,7 @@ def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) 
 
 
 def test_a_repeated_scan_is_the_same_to_the_byte(repository: Path, tmp_path: Path) -> None:
-    """This covers the whole cell: program, robot with random delays, network with jitter."""
+    """A repeated scan is equal for the whole cell: program, random delays, network jitter."""
     stimulus = tmp_path / "start.toml"
     stimulus.write_text(
         '[[at]]\ntime = "100ms"\nset = { "Main.CellSafe" = true }\n'

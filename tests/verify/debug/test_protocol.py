@@ -197,7 +197,7 @@ def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
 
 
 def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) -> None:
-    """Its connection is closed, so that its sending fails at once.
+    """The connection of a refused client is closed, so that its next message fails at once.
 
     Source: docs/how-to/debug.md, the port
     """

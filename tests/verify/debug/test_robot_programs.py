@@ -151,7 +151,7 @@ def test_a_task_shows_its_variables(shaking: Start) -> None:
 
 
 def test_the_console_shows_plc_and_tasks_side_by_side(shaking: Start) -> None:
-    """They are shown at each stop, and by .where."""
+    """The console shows PLC and tasks at each stop, and after .where."""
     editor = shaking({MAIN: [{"line": 7, "hitCondition": "1"}]})
     shown = editor.say(".where")
     first, *tasks = shown.splitlines()
