@@ -245,7 +245,7 @@ def test_without_reading_only_the_safety_inputs_can_be_taken_away(twin: str) -> 
     plc.change("First.Execute", to=True, scans=5)
     assert plc["WriteArea.ErrorID"] == 0x8037
     assert (plc.words[0], plc.inputs) == (0, ["SI00", "SI06"])
-    assert plc["First.ErrorID"] == 0x8017, "nor is it the scan of a block"
+    assert plc["First.ErrorID"] == 0x8017, "and the second area has no scan of a block"
     plc.change("Okay", to=False)
     assert plc.inputs == []
 

@@ -117,7 +117,7 @@ def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_
     plc.change(f"{block}.Execute", to=False)
     assert plc.inputs == kept
     plc.scan(30)
-    assert plc.inputs == kept, "it is held"
+    assert plc.inputs == kept, "the stop is held"
     release = {"Halt": "Release", "Stop": "Go"}[block]
     plc.change(f"{release}.Execute", to=True, scans=30)
     assert plc[f"{release}.ErrorID"] == OUT_OF_PLACE

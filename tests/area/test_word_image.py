@@ -78,7 +78,9 @@ def test_an_odd_offset_is_refused_in_an_image_of_words(offset: int) -> None:
     assert plc["RobotW.Connected"] is False
     assert plc["RobotW.SO.SO01_CpuOk"] is False
     assert plc.word_image == bytes([0xA5] * 512)
-    assert plc["ReadArea.ErrorID"] == plc["WriteArea.ErrorID"] == 0, "bytes may lie anywhere"
+    assert plc["ReadArea.ErrorID"] == plc["WriteArea.ErrorID"] == 0, (
+        "an area of bytes may begin anywhere"
+    )
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ def test_a_jog_that_ended_while_nothing_could_be_written_needs_no_stop() -> None
     jogging(plc)
     plc["Jog.Enable"], plc["WriteArea.Size"] = False, 47
     plc.scan()
-    assert plc.words[0] == 0x0020, "held, whatever happens"
+    assert plc.words[0] == 0x0020, "the command is held in any case"
     plc["WriteArea.Size"] = 48
     plc.answer(0x4000, STOPPED, scans=1)
     assert plc.words[0] == 0

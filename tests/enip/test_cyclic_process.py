@@ -199,7 +199,7 @@ def test_a_cut_cable_lets_nothing_through_and_ends_in_a_time_out(target: Target)
         while True:
             last = target.socket.recv(2048)
     produced = target.images.status().sent
-    assert int.from_bytes(last[10:14], "little") < produced, "packets went through the cut"
+    assert int.from_bytes(last[10:14], "little") < produced, "packets arrived through the cut"
 
 
 def test_an_adapter_switched_off_has_lost_its_connections(target: Target) -> None:

@@ -374,7 +374,7 @@ def test_a_limit_counts_anew_for_each_wait() -> None:
     assert table.scan(10) == "B* - -*"
     assert table.scan() == "E* - -*"
     table["Lock3.Outside"] = True
-    assert table.scan(3) == "E - -", "it was outside, and has no grant any more"
+    assert table.scan(3) == "E - -", "the robot was outside and has no grant any more"
 
 
 def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
@@ -382,7 +382,7 @@ def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
     table["Skip2"] = True
     table.scan(3)
     table.leave(1)
-    assert table.scan() == "- B V*", "2 shows what it did when it was called last"
+    assert table.scan() == "- B V*", "block 2 shows its outputs of the last call"
 
 
 @pytest.mark.parametrize("number", [100, 65_531])
@@ -517,7 +517,7 @@ def test_a_block_that_is_called_twice_in_a_scan_is_an_error(engine: str) -> None
     """
     table = _table(engine=engine)
     table["Twice3"] = True
-    assert table.scan(5) == "- - -", "what asks for nothing is in no way"
+    assert table.scan(5) == "- - -", "a block without a request does not matter"
     table["Twice3"] = False
     table.want(1, 2)
     assert table.shown == "V* B -"

@@ -42,13 +42,13 @@ def test_hold_lets_the_row_end_and_begins_no_other(engine: str) -> None:
     assert sent(plc)[4] == 2
     end(plc)
     plc.scan(50)
-    assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 3), "one edge is one row"
+    assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 3), "an edge moves one row"
     plc["Table.Hold"] = False
     assert sent(plc)[4] == 3
     plc["Table.Hold"] = True
     end(plc)
     plc.scan(2)
-    assert shown(plc) == "Done", "behind the last row there is nothing to hold"
+    assert shown(plc) == "Done", "after the last row, Hold has no effect"
 
 
 def test_abort_before_a_row_that_is_held_ends_at_once() -> None:

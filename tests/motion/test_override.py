@@ -153,7 +153,7 @@ def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -
     assert (plc["SpeedOverride.Actual"], plc["SpeedOverride.Valid"]) == (lower, True)
     plc.scan_until(lambda: plc.words[0] == 0x0003, most=6)
 
-    assert plc["Last.Busy"], "nothing of this block is between it and the step"
+    assert plc["Last.Busy"], "no command of this block lies between them"
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -299,7 +299,7 @@ def test_a_value_beyond_the_manuals_range_is_refused(pin: str, value: int, error
     assert not any(plc.words)
     plc[f"SpeedOverride.{pin}"] = 1
     plc.scan(5)
-    assert plc["SpeedOverride.ErrorID"] == error, "until Enable falls"
+    assert plc["SpeedOverride.ErrorID"] == error, "the error stays until Enable falls"
     plc["SpeedOverride.Enable"] = False
     plc.scan()
     assert (plc["SpeedOverride.Error"], plc["SpeedOverride.ErrorID"]) == (False, 0)

@@ -156,7 +156,9 @@ def test_on_pallets_it_comes_from_above_too() -> None:
     assert plc.work()[4:] == target
     plc["Pick.ArchAxis"] = 3
     arch = "arch 0/1 at 50, 000100 [0, 0, 0] pulses"
-    assert plc.work()[5:] == [arch, *target[2:]], "not between above and place"
+    assert plc.work()[5:] == [arch, *target[2:]], (
+        "there is no arch between the place and the shift above it"
+    )
 
 
 @pytest.mark.parametrize("shift", ["Source", "Target"])
@@ -231,8 +233,10 @@ def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: 
     assert plc.end[:2] == ("Error", 0x8020)
     assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600)
     plc.scan(50)
-    assert plc.told[-1] == broken, "nothing goes on by itself"
-    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600), "until Execute falls"
+    assert plc.told[-1] == broken, "nothing continues by itself"
+    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600), (
+        "the error stays until Execute falls"
+    )
     assert plc.end[1:3] == (0x8020, stage)
     assert plc.work() == again
     assert plc.end == ("Done", 0, "PICK_START", False)
@@ -261,7 +265,7 @@ def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
     assert plc.work() == ["DO2?", "PTP 20 at 50", "DO(20) OFF", "DI2?"]
     assert plc.end == ("Done", 0, "PICK_START", False)
     plc.follows = {21: 20}
-    assert plc.work().count("DI2?") == 5, "with the next part it asks again: at the target, too"
+    assert plc.work().count("DI2?") == 5, "the next part reads the sensor again, also at the target"
 
 
 @pytest.mark.parametrize("lost_at", ["PTP 20 at 50", "PTP 20 at 5", "DO(20) OFF"])

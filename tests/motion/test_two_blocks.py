@@ -188,7 +188,7 @@ def test_a_start_input_that_goes_on_ends_it(signal: str) -> None:
     bench.ends()
     assert bench.end == ("Error", 0x805D, True)
     bench.scan(60)
-    assert (bench.held, bench.told[-1]) == (True, "move 20"), "it does not open"
+    assert (bench.held, bench.told[-1]) == (True, "move 20"), "the hand does not open"
 
 
 def test_a_robot_program_that_begins_ends_it() -> None:
@@ -298,7 +298,9 @@ def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() 
         else:
             assert bench.work() == "Done"
         assert bench.work("Second", HandEmpty=empty) == "Done"
-        assert bench.work("Second", HandEmpty=False) == "Done", "that was for one start"
+        assert bench.work("Second", HandEmpty=False) == "Done", (
+            "HandEmpty counted for the earlier start only"
+        )
 
 
 def test_of_a_start_that_is_refused_hand_empty_does_not_count() -> None:
@@ -370,7 +372,7 @@ def test_a_table_ends_if_another_block_moves_the_robot(engine: str) -> None:
     bench["Table.Execute"] = True
     bench.until(lambda: bench["Table.CallNumber"] == 7)
     bench.scan()
-    assert bench.work() == "Done", "another block of several commands, too"
+    assert bench.work() == "Done", "this includes another block of several commands"
     bench["Table.Acknowledge"] = True
     bench.until(lambda: not bench["Table.Busy"])
     assert (bench["Table.Done"], bench.told[-1]) == (True, "move 40")

@@ -265,7 +265,9 @@ def test_axis_1_comes_within_half_a_turn(
     """
     joints, error = inverse([*place, 0, 0], "HAND_RIGHT", Base=[0.0, 0.0, 0.0, base])
     assert error == 0
-    assert joints[:2] == pytest.approx([axis1, 0], abs=0.5), "near to stretched: in degrees only"
+    assert joints[:2] == pytest.approx([axis1, 0], abs=0.5), (
+        "nearly stretched: compared in degrees only"
+    )
 
 
 def test_the_zeros_are_what_the_axes_count_from() -> None:
@@ -426,7 +428,7 @@ def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_caus
 
 def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
     assert inverse([0, 300, 0, 0], "HAND_NONE") == ([0] * 6, 0x8045)
-    assert inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "the first that is wrong"
+    assert inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "no pose may be wrong"
     assert inverse([0, 300, 0, 0], "HAND_NONE", Arm1=0.0)[1] == 0x8061
     assert inverse([0, 300, 0, 8193], "HAND_RIGHT", Arm1=0.0)[1] == 0x8061
 

@@ -196,7 +196,7 @@ def test_delays_given_as_a_range_come_from_the_seed() -> None:
             master.run(5)
             if master.on("SO02"):
                 return 5 * count
-        raise AssertionError("no answer")
+        raise AssertionError("the servo on gets no answer")
 
     times = [answer_ms(seed) for seed in range(8)]
     assert times == [answer_ms(seed) for seed in range(8)]

@@ -250,7 +250,7 @@ def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
     plc.change("Twice", to=True)
     assert plc[f"{block}.ErrorID"] == 0x8016
     plc.scan(50)
-    assert plc.words[0] == code, "held to its end"
+    assert plc.words[0] == code, "the command is held to its end"
     plc["Good"] = plc["Twice"] = False
     plc.answer(0x0200, scans=1)
     plc.answer(0x0000, scans=2)

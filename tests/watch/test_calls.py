@@ -154,7 +154,7 @@ def test_a_block_that_is_left_out_while_it_is_busy_is_reported(build: Build) -> 
     cell = build(f"{READ} IF NOT Gate THEN {ORIGIN} END_IF; {WRITE}")
     cell["Main.Gate"] = True
     cell.scan(2)
-    assert told(cell) == [], "it is not busy"
+    assert told(cell) == [], "the block is not Busy"
     cell["Main.Gate"], cell["Main.Go"] = False, True
     cell.run_until(lambda: cell["Main.Connected"], within="5s")
     cell.run_until(lambda: cell["Main.Origin.Error"], within="1s")

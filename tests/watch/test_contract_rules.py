@@ -212,7 +212,7 @@ def test_a_block_without_some_pins_is_judged_by_those_it_has() -> None:
     short = "Execute Done Busy Error"
     assert judge("- XB XE E -", short) == []
     assert judge("- XB XDE -", short) == [(2, f"Done and Error {TOGETHER}")]
-    assert judge("- E E -", "Error") == [], "no ErrorID: that may be any block"
+    assert judge("- E E -", "Error") == [], "without ErrorID, any block may be meant"
 
 
 def test_a_block_that_another_only_refers_to_is_judged_where_it_is_declared() -> None:

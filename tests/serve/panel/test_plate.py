@@ -100,7 +100,7 @@ def test_a_page_that_falls_silent_releases_its_keys(
     plate.press("p", 2, ["JogPlus"])
     clock.now += HOLD_S
     plate.exchange()
-    assert _down(program) == ["JogPlus"], "it was heard again"
+    assert _down(program) == ["JogPlus"], "the page was heard again"
     clock.now += 0.01
     plate.exchange()
     assert _down(program) == []
@@ -130,13 +130,13 @@ def test_a_stop_is_not_lost_when_another_page_falls_silent(
     plate.press("b", 1, ["Stop"])
     plate.press("b", 2, [])
     clock.now += 0.005
-    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a held nothing"
+    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a holds no key"
     plate.press("a", 3, ["JogPlus"])
     clock.now += HOLD_S - 0.001
     plate.press("b", 3, ["Stop"])
     plate.press("b", 4, [])
     clock.now += 0.005
-    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a held a key"
+    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a holds a key"
 
 
 @pytest.mark.parametrize("late_s", [0.1, 10.0])

@@ -214,6 +214,8 @@ def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -
         assert parent.stdout is not None
         assert parent.stdout.readline() == b"begun\n"
         parent.send_signal(number)
-        assert select.select([parent.stdout], [], [], 60)[0], "the worker goes on"
+        assert select.select([parent.stdout], [], [], 60)[0], (
+            "the worker continues without its parent"
+        )
         assert parent.stdout.read() == b""
     assert list(tmp_path.iterdir()) == []

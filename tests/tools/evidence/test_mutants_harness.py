@@ -233,7 +233,7 @@ def other() -> int:
     found = [concerned("robot/a.py", line, texts) for line in (1, 2, 6)]
     take = "ROBOT/A.PY:POINTS.TAKE"
     assert found == [{take}, {"ROBOT/A.PY:OTHER"}, {take, "ROBOT/B.PY:SHOW"}]
-    assert concerned("robot/b.py", 1, texts) == {"ROBOT/B.PY"}, "nobody uses it"
+    assert concerned("robot/b.py", 1, texts) == {"ROBOT/B.PY"}, "the name is not used"
     assert concerned("robot/a.py:other", 13, texts) == {"ROBOT/A.PY:OTHER"}
 
 
