@@ -30,7 +30,9 @@ _TABLE = """
 The built-in engine, the debugger, coverage and `rcx prove` compute as the tool does. matiec and
 STruC++ know no dialect. Therefore `auto` takes the built-in engine for each dialect but `iec` and
 `openplc`, and says so. It does the same if a program without a task stands beside tasks. If you
-name another engine, a line says that it does not compute in the dialect.
+name another engine, a line says that it does not compute in the dialect. matiec counts as `openplc`
+does. A program in `iec` that reads a counter whose result may differ is reported, as for the other
+[faults of matiec](engines.md#faults-of-matiec).
 
 | Question | Dialects | What is computed | Source |
 |---|---|---|---|"""

@@ -95,7 +95,7 @@ AFFECTED = {
     "counters": [
         # Two edges in one scan.
         Row("C : CTU; V : INT;", f"{_TWICE} V := C.CV;", 2),
-        Row("C : CTU; V : DINT; N : INT;", f"{_TWICE}\nC(CU := FALSE, CV => N); V := N;", 2),
+        Row("C : CTU; V : INT;", f"{_TWICE}\nC(CU := FALSE, CV => V);", 2),
         Row("C : CTUD; V : BOOL;", f"{_TWICE} C(CU := FALSE, CD := TRUE); V := C.QU;", True),
         Row("C : CTUD; V : BOOL;",
             "C(CD := TRUE, PV := 1); C(CU := TRUE, CD := FALSE); V := C.QD;", True),
