@@ -18,7 +18,18 @@ from typing import Any
 from structured_text.errors import InputError, near
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["IEC", "Dialect", "Row", "chosen", "dialect_of", "dialects", "rows", "rules_of", "using"]
+__all__ = [
+    "IEC",
+    "MATIEC",
+    "Dialect",
+    "Row",
+    "chosen",
+    "dialect_of",
+    "dialects",
+    "rows",
+    "rules_of",
+    "using",
+]
 
 #: Name of the dialect of plain Structured Text.
 IEC = "iec"

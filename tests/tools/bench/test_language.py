@@ -41,6 +41,8 @@ def test_a_library_below_the_target_misses_it(
 
 def test_without_libraries_it_says_how_to_name_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RCX_LIBRARIES", raising=False)
+    monkeypatch.delenv("RCX_REPOSITORIES", raising=False)
+    monkeypatch.setattr("rcx_tools.bench.language.find_matiec", lambda: None)
     with pytest.raises(InputError, match="RCX_LIBRARIES"):
         measure(Options())
 
