@@ -151,7 +151,7 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
     with Scanner(host, port=port, io_port=0, multiplier=7) as master:
         master.open()
         assert bridge() == 2
-    assert "another master has it: disconnect that first" in capsys.readouterr().err
+    assert "another master owns the robot: disconnect that master first" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

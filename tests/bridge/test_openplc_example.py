@@ -120,6 +120,7 @@ def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
     assert not bench.controller.violations
 
 
+@pytest.mark.exhaustive
 def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:

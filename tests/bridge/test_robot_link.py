@@ -46,7 +46,7 @@ def test_before_packets_come_the_robot_is_not_there() -> None:
     link = Network(scanner).link
     assert link.read() == Lost("robot: not connected yet")
     link.opener.open()
-    assert link.read() == Lost("robot: packets have not come yet")
+    assert link.read() == Lost("robot: no packets have arrived yet")
     scanner.dropped = "of a wrong length (20 bytes instead of 50)"
     assert link.read() == Lost(
         "robot: packets arrive, but cannot be used: they are "
@@ -89,7 +89,9 @@ def test_a_refusal_closes_the_scanner_and_says_what_to_do() -> None:
         link.opener.open()
     assert scanner.done[-1] == "close"
     assert "0x0106, another master owns the outputs" in str(refused.value)
-    assert str(refused.value).endswith("; another master has it: disconnect that first")
+    assert str(refused.value).endswith(
+        "; another master owns the robot: disconnect that master first"
+    )
 
 
 @pytest.fixture

@@ -129,6 +129,7 @@ def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> No
     assert [one.rule for one in cell.violations] == ["interval"]
 
 
+@pytest.mark.exhaustive
 def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
     """Without a master, the controller uses its own assumption for SI(00) and SI(06).
 
@@ -186,6 +187,7 @@ def test_other_assemblies_are_requested(build_cell: Build, program: Path, adapte
     cell.run_until(lambda: cell.connected, within=_WITHIN)
 
 
+@pytest.mark.exhaustive
 def test_a_controller_that_has_a_master_is_left_to_it(
     build_cell: Build, program: Path, adapter: Adapter
 ) -> None:
@@ -195,7 +197,7 @@ def test_a_controller_that_has_a_master_is_left_to_it(
         master.open()
         with pytest.raises(InputError) as refused:
             build_cell(program, connect=Elsewhere(host, port))
-        assert refused.value.hint == "another master has it: disconnect that first"
+        assert refused.value.hint == "another master owns the robot: disconnect that master first"
         assert master.read().connected
 
 
@@ -206,6 +208,7 @@ def test_a_missing_controller_is_one_message(build_cell: Build, program: Path) -
         build_cell(program, connect=where)
 
 
+@pytest.mark.exhaustive
 def test_events_need_a_virtual_controller(far: Build, tmp_path: Path) -> None:
     cell = far()
     for event in ("emergency_stop", "link_down"):

@@ -207,7 +207,7 @@ _SLIPS = {
 }
 
 
-@pytest.mark.exhaustive(but=["it begins again what it has begun"])
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("slip", list(_SLIPS))
 def test_a_slip_in_the_robot_program_is_found(slip: str) -> None:
     """The sweep can fail."""

@@ -43,7 +43,8 @@ def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: RealTi
     link.scanner.open()
     eventually(link, lambda: link.robot_read() == bytes(range(48)))
     eventually(link, lambda: link.scanner_read() == bytes(range(100, 148)))
-    assert link.scanner.read().connected
+    # The state of the connection is written after the image of the packet.
+    eventually(link, lambda: link.scanner.read().connected)
     assert link.shared.owner is OwnerState.RUN
 
 

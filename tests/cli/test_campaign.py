@@ -77,6 +77,7 @@ def test_a_cell_that_does_not_recover_is_found(here: Path, capsys: Captured) -> 
         assert main(command.split()[1:]) == 1
 
 
+@pytest.mark.exhaustive
 def test_a_file_of_the_users_is_not_written_over(here: Path, capsys: Captured) -> None:
     feeder(here, runs_open=True)
     (here / "out/campaign").mkdir(parents=True)
@@ -258,6 +259,7 @@ def test_a_late_answer_is_found_and_judged_by_run(here: Path, capsys: Captured) 
     )
 
 
+@pytest.mark.exhaustive
 def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
@@ -271,7 +273,9 @@ def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
     with monkeypatch.context() as patch:
         patch.setattr(module, "storms", three)
         assert main(_CAMPAIGN) == 130
-    assert "what is done is in out/campaign; the same call goes on" in capsys.readouterr().out
+    assert (
+        "finished results are in out/campaign; the same call continues" in capsys.readouterr().out
+    )
     results = here / "out/campaign/results.jsonl"
     before = results.read_text()
     keys = [json.loads(line)["key"] for line in before.splitlines()[1:]]

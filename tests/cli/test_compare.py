@@ -150,7 +150,7 @@ def test_events_explain_a_persons_actions(tmp_path: Path, capsys: Captured) -> N
     events.write_text('[[at]]\ntime = "200ms"\nrobot = "manual_mode"\n', encoding="utf-8")
     assert main(["compare", str(path), "--events", str(events)]) == 0
     for wrong, message in (
-        ('set = { "Main.Go" = true }', "sets more than events; use time and robot"),
+        ('set = { "Main.Go" = true }', "has more than robot events; use time and robot"),
         ('robot = "link_down"', "'link_down' is not an event of a robot"),
     ):
         events.write_text(f'[[at]]\ntime = "200ms"\n{wrong}\n', encoding="utf-8")

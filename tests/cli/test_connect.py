@@ -215,7 +215,7 @@ class SilentScanner:
     ("drops", "message"),
     [
         ("", "rcx: there was no connection in the whole run: 127.0.0.1: "
-         "packets have not come yet; check that no firewall blocks UDP port 2222\n"),
+         "no packets have arrived yet; check that no firewall blocks UDP port 2222\n"),
         ("of a wrong length (20 bytes instead of 50)",
          "rcx: there was no connection in the whole run: 127.0.0.1: "
          "packets arrive, but cannot be used: they are "

@@ -144,7 +144,7 @@ def test_a_capture_that_is_cut_off_is_judged_and_said_to_be(bad: Path, capsys: C
     assert main(["judge", str(bad), "--quiet"]) == 2
     shown = capsys.readouterr()
     assert shown.out.splitlines()[-1] == "1 violation"
-    assert "is cut off after packet 101, 0.500 s; what comes before was judged" in shown.err
+    assert "is cut off after packet 101, 0.500 s; the packets before it were judged" in shown.err
 
 
 @pytest.mark.parametrize(

@@ -179,7 +179,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
 
     monkeypatch.setattr(Results, "add", add_with_ctrl_c)
     assert main(command) == INTERRUPTED
-    assert "what is done is in .rcx; the same call goes on" in capsys.readouterr().out
+    assert "finished results are in .rcx; the same call continues" in capsys.readouterr().out
     done = kept.read_text("utf-8")
     assert len(done.splitlines()) == 3
     assert not Path("found.json").exists()

@@ -138,7 +138,7 @@ def test_a_program_alone_is_proved_or_refuted_and_what_refutes_it_runs_again(
     Path(motor).write_text(_MOTOR.replace("END_PROGRAM", assertion), encoding="utf-8")
     assert main(["prove", motor, "--no-robot"]) == 0
     out = capsys.readouterr().out
-    assert "inputs, each of any value in each scan: Main.Start, Main.Stop\n" in out
+    assert "inputs, with any value in each scan: Main.Start, Main.Stop\n" in out
     assert "2 properties: 2 proved, 0 refuted, 0 unknown" in out  # the sum fits, too
     Path(motor).write_text(_MOTOR.replace("END_PROGRAM", "(* prove: Count < 3 *)\nEND_PROGRAM"))
     assert main(["prove", motor, "--no-robot"]) == 1

@@ -96,7 +96,10 @@ def test_hands_of_other_robots_have_no_place_in_an_all_file(
     file = tmp_path / "points.all"
     backup = ["points", "backup", "h", str(file), "--kind", "hands", "--robot", "2"]
     assert main(backup) == 1
-    assert "left out: hands of robot 2: a .ALL file has those of robot 1" in capsys.readouterr().err
+    assert (
+        "left out: hands of robot 2: a .ALL file has only those of robot 1"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_file_that_is_there_is_never_written_over(

@@ -82,7 +82,7 @@ def test_only_confirmed_steps_are_asked(
     assert (tmp_path / "mine.jsonl").is_file()
     assert line.closed
     assert main(["probe", "192.168.0.10", *only, *given]) == 2
-    assert "already exists; name another one with --out" in capsys.readouterr().err
+    assert "already exists; name another file with --out" in capsys.readouterr().err
 
 
 def test_motion_takes_the_word_move_for_each_step(

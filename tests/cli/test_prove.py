@@ -35,7 +35,7 @@ def lamp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_program_that_is_proved_ends_with_0(lamp: Path, capsys: Captured) -> None:
     assert main(["prove", str(lamp), "--json", "out/it.json"]) == 0
     said = capsys.readouterr().out
-    assert "inputs, each of any value in each scan: Main.Button, and the robot" in said
+    assert "inputs, with any value in each scan: Main.Button, and the robot" in said
     assert "4 properties: 4 proved, 0 refuted, 0 unknown" in said
     told = json.loads(Path("out/it.json").read_text())
     assert told["inputs"] == ["Main.Button"]

@@ -165,7 +165,7 @@ def test_the_robot_takes_the_size_of_the_plc(run: Run, tmp_path: Path, capsys: C
         (["--n", "480"], "the area at n = 480 needs 48 bytes"),
         (["--watch", "Main.Nothing"], "no member Nothing"),
         (["--watch", "Main.Scans,Main.Dta*"], "no variable matches Main.Dta*; did you mean Data"),
-        (["--positions", "inch"], "positions are in 'inch'; use pulses or mm"),
+        (["--positions", "inch"], "positions cannot be in 'inch'; use pulses or mm"),
         (["--scale", "wide"], "--scale is 'wide'; use events, time, or at least 1ms, as 500ms"),
         (["--scale", "10us"], "--scale is '10us'"),
         (["--engine", "quick"], "no engine 'quick'"),

@@ -124,7 +124,7 @@ def test_an_unfinished_trace_is_shown_up_to_its_end(trace: Path, capsys: Capture
     trace.write_text(_LINES + '{"t_us":20000,"scan":2,"so":"00', encoding="utf-8")
     assert main(["view", str(trace)]) == 2
     page = trace.with_name("run.html")
-    said = f"rcx: {trace}:4: is cut off in this line; what comes before is in {page}\n"
+    said = f"rcx: {trace}:4: is cut off in this line; the part before it is in {page}\n"
     assert capsys.readouterr().err == said
     assert _page(page).table["end"] == 10_000
 

@@ -9,10 +9,8 @@ import struct
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY, ROOT
-from structured_text.engines import build
+from plc_bench import ROOT, compiled
 from structured_text.engines.base import Program
-from structured_text.projects.needed import needed
 
 PROGRAM = ROOT / "tests/data/library/Texts.st"
 
@@ -26,7 +24,7 @@ PATTERNS = [
 
 @pytest.fixture(scope="module", params=ENGINES)
 def plc(request: pytest.FixtureRequest) -> Program:
-    return build([PROGRAM, *needed([PROGRAM], LIBRARY)], request.param).program
+    return compiled(PROGRAM, request.param)
 
 
 def _real(pattern: int) -> float:

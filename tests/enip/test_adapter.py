@@ -147,6 +147,7 @@ def test_a_dead_process_is_reported_with_its_signal(
     assert closed.failure == ""
 
 
+@pytest.mark.exhaustive
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]]) -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:

@@ -252,7 +252,7 @@ def test_a_port_that_is_taken_is_refused_in_one_sentence() -> None:
         images.unlink()
     assert str(refused.value) == (
         f"cyclic I/O cannot use UDP port {port} of {ROBOT}: [Errno 98] Address already in use; "
-        "end what uses the port (a program that binds 0.0.0.0 takes it of every address), or "
+        "end the program that uses the port (a program on 0.0.0.0 uses it on every address), or "
         "choose another address or port"
     )
 

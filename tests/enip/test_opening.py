@@ -112,9 +112,13 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
 @pytest.mark.parametrize(
     ("extended", "options", "hint"),
     [
-        ((0x106,), BRIDGE, "another master has it: disconnect that first"),
-        ((0x106,), SCAN, "another master has it: disconnect that first, or leave --write out"),
-        ((0x107,), BRIDGE, "it has lost the connection, too"),
+        ((0x106,), BRIDGE, "another master owns the robot: disconnect that master first"),
+        (
+            (0x106,),
+            SCAN,
+            "another master owns the robot: disconnect that master first, or leave --write out",
+        ),
+        ((0x107,), BRIDGE, "the adapter has already closed the connection"),
         ((0x109,), BRIDGE, "its areas have another size: try --size 256"),
         ((0x127,), SCAN, "its areas have another size: try --size 256"),
         ((0x128,), SCAN, "its areas have another size: try --size 256"),

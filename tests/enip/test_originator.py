@@ -97,18 +97,18 @@ def test_the_reply_has_ids_and_actual_intervals() -> None:
             "0000 0000 00000000",
             RPI,
             RPI,
-            "names another connection than the one that was asked for",
+            "names another connection than requested",
         ),
-        (TRIAD, "00000000", RPI, "sets a packet to it every 0 ms, where every 10 ms was asked for"),
+        (TRIAD, "00000000", RPI, "sets a packet to it every 0 ms instead of every 10 ms"),
         (
             TRIAD,
             RPI,
             "00000000",
-            "sets a packet from it every 0 ms, where every 10 ms was asked for",
+            "sets a packet from it every 0 ms instead of every 10 ms",
         ),
         (
             *(TRIAD, RPI, "FFFFFFFF"),
-            "sets a packet from it every 4294967.295 ms, where every 10 ms was asked for",
+            "sets a packet from it every 4294967.295 ms instead of every 10 ms",
         ),
     ],
 )

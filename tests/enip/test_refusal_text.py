@@ -86,9 +86,9 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
         ),
         (
             {"path": "3404 7D02 2B00 0500 0101 2004 2405 2C96 2C64"},
-            f"{USUAL}0x0114, vendor or product code do not match the device; switch off the check "
-            "of the electronic key in the PLC, or use its identity: vendor 636, device type 43, "
-            "product code 5 (--product-code), revision 1.1 (--revision)",
+            f"{USUAL}0x0114, vendor or product code does not match the device; switch off the "
+            "check of the electronic key in the PLC, or use its identity: vendor 636, "
+            "device type 43, product code 5 (--product-code), revision 1.1 (--revision)",
         ),
         (
             {"path": "2004 2407 2C96 2C64"},

@@ -177,6 +177,7 @@ def test_the_agreed_parameters_can_be_read(adapter: Adapter) -> None:
         assert scanner.connection is None
 
 
+@pytest.mark.exhaustive
 def test_no_packet_is_missing(adapter: Adapter) -> None:
     with scan(adapter) as scanner:
         before = adapter.shared.status()
@@ -305,7 +306,7 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
 
 @pytest.mark.parametrize(
     ("length", "text"),
-    [(16, "sets a packet to it every 0 ms, where every 4 ms"), (9, "is too short")],
+    [(16, "sets a packet to it every 0 ms instead of every 4 ms"), (9, "is too short")],
 )
 def test_an_implausible_reply_opens_nothing_and_is_explained(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch, length: int, text: str
@@ -355,6 +356,7 @@ def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:
         assert scanner.drops() == "of a wrong length (22 bytes instead of 50)"
 
 
+@pytest.mark.exhaustive
 def test_if_the_usual_port_is_taken_another_port_is_used(adapter: Adapter) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first:
         first.bind(("127.6.0.3", 2222))

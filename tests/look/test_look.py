@@ -117,7 +117,7 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         error = capsys.readouterr().err
         assert "0x0106, another master owns the outputs" in error
         assert error.endswith(
-            "; another master has it: disconnect that first, or leave --write out\n"
+            "; another master owns the robot: disconnect that master first, or leave --write out\n"
         )
         assert adapter.read_to_robot() == output_image(["SI00=1"], 48)
 

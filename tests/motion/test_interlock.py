@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY
-from structured_text.engines import build
-from structured_text.projects.needed import needed
+from plc_bench import compiled
 
 _ROBOTS = (1, 2, 3)
 _NOT_CONNECTED, _NOT_READY, _SERVOS_OFF = 0x8001, 0x8002, 0x800C
@@ -33,14 +28,11 @@ class Table:
             f"  IF Twice{k} THEN\n    Lock{k}(Robot := Robot{k}, Area := Area);\n  END_IF;\n"
             for k in _ROBOTS
         )
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "Table.st"
-            file.write_text(
-                f"PROGRAM Table\n  VAR\n    Area : RCX_SHARED_AREA;\n{held}  END_VAR\n"
-                f"{calls}END_PROGRAM\n",
-                encoding="utf-8",
-            )
-            self._program = build([file, *needed([file], LIBRARY)], engine).program
+        self._program = compiled(
+            f"PROGRAM Table\n  VAR\n    Area : RCX_SHARED_AREA;\n{held}  END_VAR\n"
+            f"{calls}END_PROGRAM\n",
+            engine,
+        )
         self._now_us = 0
         for k in _ROBOTS:
             self.ready(k)

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY, ROOT
+from plc_bench import ROOT, compiled
 from points_bench import PointsBench, points_bench
 from rcx_harness import Cell
 from rcx_harness.cell.clock import Timing
@@ -18,8 +18,6 @@ from rcx_harness.cell.link import DirectLink
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.stored import Hand, Pallet, Point
-from structured_text.engines import build
-from structured_text.projects.needed import needed
 
 _PROGRAM = ROOT / "tests/data/library/Points.st"
 _CODES = {
@@ -75,7 +73,7 @@ def test_the_checksum_is_the_crc_32_of_head_and_rows(
 
 
 def _cell(config: RobotConfig) -> Cell:
-    program = build([_PROGRAM, *needed([_PROGRAM], LIBRARY)]).program
+    program = compiled(_PROGRAM)
     timing = Timing.make(scan="10ms", rpi="10ms")
     return Cell(program, Controller(config), DirectLink(48), timing)
 

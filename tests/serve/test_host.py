@@ -132,7 +132,7 @@ def test_a_mistake_in_the_controller_ends_it_and_is_named(
 def test_a_process_with_unreadable_output_counts_as_ended(use: Use, name: str) -> None:
     use(name, _GARBAGE)
     failure = asyncio.run(_ended(_host()))
-    assert failure.startswith("its process says what nobody understands (")
+    assert failure.startswith("its process has sent an invalid report (")
 
 
 def test_a_process_that_does_not_end_is_killed_and_named(

@@ -127,7 +127,7 @@ def test_a_reader_has_its_own_lines_and_repeats_none_of_the_master(served: Serve
     ("state", "how"),
     [
         ("timed out", "its connection has timed out"),
-        ("no owner", "the last connection that it listened to has gone"),
+        ("no owner", "the last connection to which it listened has ended"),
     ],
 )
 def test_the_end_of_a_reader_says_why(state: str, how: str) -> None:
@@ -211,7 +211,7 @@ def test_too_many_changes_are_counted() -> None:
         served.network.become(OwnerState.IDLE)
     served.run(5)
     texts = _texts(lines)
-    assert "73 changes of connections are not shown: they came too fast" in texts
+    assert "73 changes of connections are not shown: there were too many at once" in texts
     assert len(texts) < 40
 
 

@@ -115,7 +115,7 @@ def test_the_page_starts_stops_and_gives_it(served: ServedHost) -> None:
         with pytest.raises(InputError, match="nothing has been recorded; start a recording first"):
             served.recording()
         await served.record(on=True)
-        with pytest.raises(InputError, match="the recording is still going on; stop it first"):
+        with pytest.raises(InputError, match="the recording is not finished; stop it first"):
             served.recording()
         await served.record(on=False)
         file = served.recording()

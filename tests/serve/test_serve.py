@@ -144,6 +144,7 @@ def test_a_trace_that_cannot_be_written_ends_it_with_a_reason() -> None:
     assert said == f"rcx: controller {address} is gone: {text}\n"
 
 
+@pytest.mark.exhaustive
 def test_a_disk_that_fills_up_later_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """`rcx serve > log` ends with one line about the OSError, and with exit code 2."""
 
@@ -265,7 +266,10 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
             "--port and --io-port are both 2222; "
             "use different ports for explicit and cyclic messages",
         ),
-        (["--web", "44818"], "--web and --port are both 44818 of 127.0.0.1; give the page another"),
+        (
+            ["--web", "44818"],
+            "--web and --port are both 44818 of 127.0.0.1; give the page another port",
+        ),
         (
             ["--robot", "a.toml", "--robot", "b.toml"],
             "2 robot files are given for 1 addresses; "

@@ -192,7 +192,7 @@ def test_a_command_that_the_master_takes_back_is_given_up(running: ServedHost) -
     running.run(100)
     assert running.status.commands[-1].result == ""
     running.network.send(image(_SI00 | _SI06))
-    assert running.run(50).commands[-1].result.startswith("given up by the master")
+    assert running.run(50).commands[-1].result.startswith("dropped by the master")
 
 
 def test_only_the_latest_commands_and_broken_rules_are_stored(running: ServedHost) -> None:
@@ -218,7 +218,7 @@ def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
     status = running.run(5)
     assert status.skipped == 4
     assert status.violations[-1].text.endswith(
-        "(this computer was late just before: perhaps not the master's fault)"
+        "(this computer was late just before; that may be the cause)"
     )
     running.run(300)
     running.network.send(image(_SI00 | _SI06))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
 from structured_text.engines import build
 from structured_text.engines.base import Program, Value
+from structured_text.engines.builtin.program import BuiltinProgram
+from structured_text.engines.native.program import NativeProgram
 from structured_text.projects.needed import needed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -18,12 +21,28 @@ LIBRARY = sorted((ROOT / "plc/lib").rglob("*.st"))
 BENCH = ROOT / "tests/data/library/Bench.st"
 
 
-def compiled(text: str, engine: str = "auto") -> Program:
-    """Build a program from its text, with what it needs of the library."""
+def compiled(program: str | Path, engine: str = "auto") -> Program:
+    """Return a new instance of a program, given as its text or file.
+
+    It is compiled with what it needs of the library. Many tests have the same program, so it is
+    compiled once.
+    """
+    return _compiled(program, engine)[0].instance()
+
+
+@lru_cache(maxsize=64)
+def _compiled(
+    program: str | Path, engine: str
+) -> tuple[BuiltinProgram | NativeProgram, frozenset[str]]:
+    """Return a program that no test runs, and the names of its steady instances."""
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "Program.st"
-        file.write_text(text, encoding="utf-8")
-        return build([file, *needed([file], LIBRARY)], engine).program
+        file = program if isinstance(program, Path) else Path(folder) / "Program.st"
+        if isinstance(program, str):
+            file.write_text(program, encoding="utf-8")
+        files = needed([file], LIBRARY)
+        found = build([file, *files], engine).program
+        assert isinstance(found, (BuiltinProgram, NativeProgram))
+        return found, frozenset(steady_instances([file], files))
 
 
 class PlcBench:
@@ -46,13 +65,8 @@ class PlcBench:
         engine: str = "auto",
         contract: bool = True,
     ) -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            file = program if isinstance(program, Path) else Path(folder) / "Program.st"
-            if isinstance(program, str):
-                file.write_text(program, encoding="utf-8")
-            files = needed([file], LIBRARY)
-            self.program = build([file, *files], engine).program
-            steady = steady_instances([file], files)
+        self.program: Program = compiled(program, engine)
+        steady = _compiled(program, engine)[1]
         self._monitor = ContractMonitor(self.program, steady) if contract else None
         self.now_us = 0
         self.scan_us = scan_us

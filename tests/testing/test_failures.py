@@ -87,6 +87,7 @@ def test_a_watched_variable_that_does_not_exist_is_one_message(run: Run) -> None
     result.stdout.fnmatch_lines(["rcx: no variable matches Main.Dta[*]; did you mean Data*"])
 
 
+@pytest.mark.exhaustive
 def test_the_chart_shows_the_last_second_where_enough_happens_in_it(run: Run) -> None:
     """SI(01) changes every 100 ms from 500 ms on; the test ends at 2600 ms."""
     result = run("""
@@ -135,6 +136,7 @@ def test_without_a_named_folder_the_files_are_in_pytests_own(
     assert after - before - {"__pycache__"} == {"pytest.ini", "test_it.py", "temporary"}
 
 
+@pytest.mark.exhaustive
 def test_tests_with_like_names_have_folders_of_their_own(
     run: Run, pytester: pytest.Pytester
 ) -> None:

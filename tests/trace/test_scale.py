@@ -148,7 +148,7 @@ def test_the_same_run_gives_the_same_picture() -> None:
 @pytest.mark.parametrize("draw", [scaled_svg, scaled_text])
 def test_instants_that_are_left_out_are_reported(draw: object) -> None:
     assert callable(draw)
-    assert "what comes after 500 ms is left out; make a line longer" in draw(run(), line_us=5_000)
+    assert "the part after 500 ms is left out; make a line longer" in draw(run(), line_us=5_000)
     assert "left out" not in draw(run(), line_us=6_000)
 
 

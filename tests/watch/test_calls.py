@@ -19,7 +19,7 @@ WRITE = "WriteArea(Robot := Robot, Image := OutputArea);"
 ORIGIN = "Origin(Robot := Robot, Execute := Go);"
 POWER = "PowerUp(Robot := Robot, Execute := Go, StartProgram := FALSE);"
 
-TWICE = "was called 2 times in one scan; call it once: its time limits would end early, or never"
+TWICE = "was called 2 times in one scan; call it once, because otherwise its time limits are wrong"
 TWO = "was called for two robots; declare an instance for each"
 SKIPPED = (
     "was not called though it is busy: it loses its turn (16#8013); "

@@ -177,7 +177,7 @@ def test_legal_calls_are_not_reported(check: Check, body: tuple[str, ...]) -> No
             (READ, WRITE, "Halt(Robot := Robot, Execute := Go);"),
             [
                 f"3: Halt is called after WriteArea in line @2: {ENDS}"
-                "(Called out of place), though its stop acts; "
+                "(Called out of place), although it stops the robot; "
             ],
         ),
         (

@@ -166,7 +166,7 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
             (READ, of(MOVE, "Other"), SERVO, WRITE),
             [
                 "2: Move is called for Other, but neither FB_ReadArea nor FB_WriteArea is: "
-                "its blocks see no controller and nothing goes out; "
+                "its blocks receive nothing and nothing goes out; "
             ],
         ),
         (
@@ -183,7 +183,7 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
         (
             (READ.replace(", Connected := Connected", ""), MOVE, WRITE),
             [
-                f"1: {NOT_WIRED}nothing that the controller sends is believed, and every block of "
+                f"1: {NOT_WIRED}the data from the controller is ignored, and every block of "
                 "Robot ends in error 16#8001 (Not connected); "
             ],
         ),
@@ -215,8 +215,8 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
             (READ, "Copied(Robot := Robot, Go := Go);", WRITE),
             [
                 "VAR_INPUT Robot : RCX_REF; Go : BOOL; END_VAR: "
-                "Robot is a VAR_INPUT, so FB_Copy works on a copy of the robot: what its "
-                "blocks ask for never reaches FB_WriteArea; declare it in VAR_IN_OUT"
+                "Robot is a VAR_INPUT, so FB_Copy works on a copy of the robot: the "
+                "requests of its blocks never reach FB_WriteArea; declare it in VAR_IN_OUT"
             ],
         ),
         (

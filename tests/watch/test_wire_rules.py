@@ -150,7 +150,7 @@ def test_no_interval_runs_through_a_lost_link() -> None:
 # --- start against stop ------------------------------------------------------------------------
 
 STARTS = {"SI(12)": SI12, "SI(14)": SI14, "SI(17)": SI17}
-WAIT = "wait until no stop is asked for"
+WAIT = "wait until no stop is requested"
 
 
 @pytest.mark.parametrize(("name", "bit"), STARTS.items())

@@ -184,7 +184,7 @@ async def _begin_stimulus(request: web.Request) -> web.Response:
 
 
 async def _stimulus(request: web.Request) -> web.Response:
-    """Return the actions since then as a stimulus file."""
+    """Return the actions since the last `begin` as a stimulus file."""
     headers = {"Content-Disposition": 'attachment; filename="stimulus.toml"'}
     return web.Response(text=request.app[_CLICKS].text(), headers=headers)
 

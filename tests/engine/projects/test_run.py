@@ -192,5 +192,5 @@ def test_check_writes_interfaces_of_what_is_missing_once(
     (stubs / "FB_Gate.st").write_text(f"{written}(* mine *)\n", "utf-8")
     capsys.readouterr()
     assert main(["check", str(file), "--stubs", str(stubs)]) == 2
-    assert "FB_Gate.st: is there already; nothing was written" in capsys.readouterr().err
+    assert "FB_Gate.st: already exists; nothing was written" in capsys.readouterr().err
     assert (stubs / "FB_Gate.st").read_text("utf-8").endswith("(* mine *)\n")

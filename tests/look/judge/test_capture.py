@@ -75,7 +75,7 @@ def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str)
 @pytest.mark.parametrize(
     ("packet", "kind", "told"),
     [
-        (bytes(40), 0x86DD, "IPv6, which EtherNet/IP has not"),
+        (bytes(40), 0x86DD, "IPv6, which EtherNet/IP does not use"),
         (bytes(28), 0x0806, "no IP"),
         (bytes(28), 0x8864, "no IP"),
         (ip("10.0.0.1", "10.0.0.2", 1, bytes(8)), 0x0800, "other protocols"),

@@ -237,7 +237,7 @@ _OF_64 = (
         ),
         (
             {"hosts": [bytes([192, 168, 0, 99])]},
-            r"the capture has no such packet to or from 192\.168\.0\.99, only packets of "
+            r"the capture has no class 1 packet to or from 192\.168\.0\.99, only packets of "
             r"192\.168\.0\.1, 192\.168\.0\.10$",
         ),
     ],
@@ -293,7 +293,7 @@ def test_an_idle_header_and_a_time_out_are_reported(tmp_path: Path) -> None:
     ]
     assert told == [
         "the program of the PLC runs",
-        "the program of the PLC stands still (idle header)",
+        "the program of the PLC is stopped (idle header)",
         "no packets to the controller for 161 ms; time-out 160 ms",
         "the program of the PLC runs",
     ]

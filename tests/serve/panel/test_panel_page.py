@@ -7,14 +7,12 @@ from collections.abc import Callable, Collection, Iterator
 import pytest
 
 from browser import NEEDS_BROWSER, chromium
-from plc_bench import LIBRARY, ROOT
+from plc_bench import ROOT, compiled
 from rcx_harness.serve.panel.plate import HOLD_S, plates_of
 from rcx_harness.serve.panel.server import PanelServer
 from rcx_tools.library.version import version
-from structured_text.engines import build
-from structured_text.projects.needed import needed
 
-pytestmark = NEEDS_BROWSER
+pytestmark = [NEEDS_BROWSER, pytest.mark.exhaustive]
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
 from selenium.webdriver.chrome.webdriver import WebDriver  # noqa: E402
@@ -32,7 +30,7 @@ class _Panel:
 
     def __init__(self, browser: WebDriver) -> None:
         self.browser, self.now = browser, 100.0
-        self.program = build([_BENCH, *needed([_BENCH], LIBRARY)], "builtin").program
+        self.program = compiled(_BENCH, "builtin")
         (self.plate,) = plates_of(self.program, lambda: self.now)
         self._scans, self.heard = 0, 0.0
         press = self.plate.press

@@ -28,6 +28,7 @@ def test_results_come_in_the_order_of_the_items(workers: int) -> None:
     assert list(Farm(workers).run(math.factorial, [4, 0, 3, 5, 2])) == expected
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("workers", [0, 2])
 def test_results_may_give_further_items(workers: int) -> None:
     """Each number up to 7 gives its double and the next one: by hand, a tree of 1 to 15."""
@@ -51,12 +52,14 @@ def test_results_may_give_further_items(workers: int) -> None:
     assert found == [(number, math.factorial(number)) for number in range(1, 16)]
 
 
+@pytest.mark.exhaustive
 def test_two_workers_work_at_once(tmp_path: Path) -> None:
     for name in "01":
         os.mkfifo(tmp_path / name)
     assert [one for one, _ in Farm(2).run(Meeting(tmp_path), [0, 1])] == [0, 1]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("workers", [0, 1, 2])
 def test_each_worker_sets_up_once(tmp_path: Path, workers: int) -> None:
     file = tmp_path / "set_up"
@@ -78,6 +81,7 @@ def test_the_item_of_a_killed_worker_is_redone(tmp_path: Path, deaths: int, work
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.exhaustive
 def test_an_item_that_kills_three_workers_is_named(tmp_path: Path) -> None:
     for number in range(4):
         (tmp_path / str(number)).touch()
@@ -120,6 +124,7 @@ def test_any_other_error_comes_with_its_traceback(workers: int) -> None:
     assert "raise KeyError(item)" in str(caught.value.__cause__)
 
 
+@pytest.mark.exhaustive
 def test_items_are_taken_as_there_is_room() -> None:
     taken = []
 

@@ -27,6 +27,7 @@ END_PROGRAM
 """
 
 
+@pytest.mark.exhaustive
 def test_without_the_plugin_of_the_harness_coverage_is_counted(pytester: pytest.Pytester) -> None:
     """Two of three statements are executed: the assignment and the IF.
 

@@ -21,6 +21,8 @@ from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
 from rcx_tools.evidence.campaign.station import Execution, Station
 
+pytestmark = pytest.mark.exhaustive
+
 SEEDS = range(3)
 #: Broken blocks that a campaign finds at once; `make campaign` tries all of them.
 QUICK = (

@@ -23,6 +23,8 @@ from rcx_tools.evidence.explore.replay import replay
 from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
 
+pytestmark = pytest.mark.exhaustive
+
 #: States that are explored of each model; `make explore` explores all of them.
 BOUND = 20
 

@@ -14,6 +14,8 @@ from rcx_tools.docs.examples import examples
 from rcx_tools.site.drive import Runner
 from rcx_tools.site.programs import block_jobs, example_jobs
 
+pytestmark = pytest.mark.exhaustive
+
 Run = Callable[..., dict[str, Any]]
 
 

@@ -18,6 +18,8 @@ from rcx_tools.site.checked import problems
 from rcx_tools.site.pages import staged
 from rcx_tools.site.programs import FIRST, block_jobs
 
+pytestmark = pytest.mark.exhaustive
+
 _HERE = Path("harness/rcx_tools/site")
 
 

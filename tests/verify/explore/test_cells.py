@@ -215,4 +215,4 @@ def test_proving_takes_no_robot_file(capsys: Captured) -> None:
     """A proof holds for every answer of the robot."""
     words = [str(_CELL / "Handover.st"), "--robot", str(_CELL / "robot.toml")]
     assert main(["prove", *words]) == 2
-    assert "whatever its program does" in capsys.readouterr().err
+    assert "it holds for every answer of the robot" in capsys.readouterr().err

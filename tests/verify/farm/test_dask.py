@@ -22,6 +22,8 @@ from rcx_harness.cli.app import main
 from structured_text.errors import InputError
 from structured_text.farm import Cluster, Farm, Lost
 
+pytestmark = pytest.mark.exhaustive
+
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster")
 
 Captured = pytest.CaptureFixture[str]
@@ -77,6 +79,7 @@ def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.exhaustive
 def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its worker ended with another item, after this item and before the result was fetched."""
     result = distributed.Future.result

@@ -18,6 +18,8 @@ from structured_text.projects.needed import needed
 from structured_text.prove import standard
 from structured_text.prove.machine import Machine
 
+pytestmark = pytest.mark.exhaustive
+
 _FILES = sorted((ROOT / "plc/lib").rglob("*.st"))
 _PART = ("FC_RCXTICKETS", "FC_RCXREALBITS", "FB_SERVOON", "FB_RCXJOB", "FB_WRITEWORD")
 

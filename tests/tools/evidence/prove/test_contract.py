@@ -9,6 +9,8 @@ import pytest
 from proving import library, statuses
 from rcx_tools.evidence.prove.contract import PROPERTIES
 
+pytestmark = pytest.mark.exhaustive
+
 (_CONTRACT,) = PROPERTIES
 
 

@@ -10,6 +10,8 @@ from proving import library
 from rcx_tools.evidence.prove.functions import PROPERTIES
 from rcx_tools.evidence.prove.solve import ask
 
+pytestmark = pytest.mark.exhaustive
+
 (_FUNCTIONS,) = PROPERTIES
 _PART = "FC_RCXMILLISECONDS"
 

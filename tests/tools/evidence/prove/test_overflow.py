@@ -10,6 +10,8 @@ from proving import library, statuses
 from rcx_tools.evidence.prove import overflow
 from structured_text.errors import InputError
 
+pytestmark = pytest.mark.exhaustive
+
 (_OVERFLOW,) = overflow.PROPERTIES
 _ROW = '[[wrap]]\nfile = "{}"\npou = "{}"\noperation = "{}"\nreason = "why"\n'
 

@@ -14,6 +14,8 @@ from rcx_tools.evidence.prove.solve import ask
 from rcx_tools.evidence.prove.summaries import SUMMARIES
 from structured_text.prove import reals
 
+pytestmark = pytest.mark.exhaustive
+
 (_CONTRACT,), (_OVERFLOW,), (_SAFETY,) = (
     contract.PROPERTIES,
     overflow.PROPERTIES,

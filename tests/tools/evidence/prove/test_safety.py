@@ -12,6 +12,8 @@ from proving import library, statuses
 from rcx_tools.evidence.prove.safety import PROPERTIES, exactly
 from rcx_tools.evidence.prove.solve import ask
 
+pytestmark = pytest.mark.exhaustive
+
 (_SAFETY,) = PROPERTIES
 
 

@@ -55,6 +55,7 @@ def test_each_worked_example_is_legal() -> None:
     assert len(_examples()) == 100
 
 
+@pytest.mark.exhaustive
 def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says_so() -> None:
     """In each example one bit makes it illegal, and one does not, if there is any.
 
@@ -212,6 +213,7 @@ def _not_proved(library: Library, block: str) -> dict[str, list[str]]:
     }
 
 
+@pytest.mark.exhaustive
 def test_the_telegrams_of_a_block_are_legal_and_what_the_pins_say(tmp_path: Path) -> None:
     """Source: remote command guide 4.4.4."""
     block = "FB_AssignPointElementMm"

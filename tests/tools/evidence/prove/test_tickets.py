@@ -15,6 +15,8 @@ from structured_text.output.toml_files import load_toml
 from structured_text.projects.needed import needed
 from structured_text.prove.logic import PROVED, REFUTED
 
+pytestmark = pytest.mark.exhaustive
+
 _LIB = ROOT / "plc/lib"
 _BUGS = ROOT / "tests/tools/evidence/proof_bugs/tickets.toml"
 _BLOCKS = ("FB_RcxJob", "FB_RcxMakeHead", "FB_RcxTakeHead", "FB_RemoteCommand", "FB_ServoOn")

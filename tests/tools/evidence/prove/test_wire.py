@@ -15,6 +15,8 @@ from structured_text.output.toml_files import load_toml
 from structured_text.projects.needed import needed
 from structured_text.prove.logic import PROVED, REFUTED
 
+pytestmark = pytest.mark.exhaustive
+
 _LIBRARY = Path(__file__).resolve().parents[4] / "plc/lib"
 _BUGS = load_toml(Path(__file__).parents[1] / "proof_bugs/wire.toml")["bug"]
 _LIMIT_S = 30.0

@@ -9,7 +9,7 @@ from rcx_harness.spec.wire import NORMAL_END
 _POINT, _PALLET, _HAND = 29_990, 39, 31
 _SGI30, _SGI31, _SGR31 = 30, 31, 287
 _TWO_AND_A_HALF = 0x40200000
-#: The least whole number that single precision does not have.
+#: The smallest positive integer that single precision cannot represent.
 _ODD = 16_777_217
 _DOES = "Overwrites points 29990 to 29995, pallet 39, hand 31 of robot 1, SGI30, SGI31 and SGR31."
 

@@ -1,4 +1,4 @@
-"""Questions that take a hand at the cell; the servos stay off."""
+"""Questions that need a person at the cell; the servos stay off."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MO20 = {"port_type": 2, "port": 0x20}
 
 
 def _stop_alarm(ask: Asker) -> bool:
-    """Does SI(12) in the stop status raise 12.400: would it start a program otherwise?"""
+    """Return whether SI(12) in the stop status raises 12.400, so it has an effect."""
     before = ask.history()
     ask.pulse("SI12")
     return "12.400" in ask.history().new_since(before)

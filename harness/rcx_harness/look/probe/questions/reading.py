@@ -17,7 +17,7 @@ _NAME_END = next(
 
 
 def _alarm_of(ask: Asker, knob: str, answer: Answer, what: str) -> None:
-    """Report the alarm of a refused request; without an alarm nothing is decided."""
+    """Report the alarm of a refused request; raise SkipError if there is no alarm."""
     ask.needs(bool(answer.alarm), f"{what} did not end in an alarm")
     ask.knob(knob, answer.alarm, text=f"{what} ended in alarm {answer.alarm}")
 
