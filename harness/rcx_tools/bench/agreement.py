@@ -14,9 +14,11 @@ from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.program import MatiecProgram
 from structured_text.errors import InputError
+from structured_text.language.dialects import MATIEC
 from structured_text.language.load import analyse, load
 from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
+from structured_text.language.source import in_dialect
 from structured_text.language.tree import Pou
 from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.projects.needed import declared_names, needed
@@ -76,7 +78,7 @@ def candidates(files: Sequence[Path]) -> list[_Candidate]:
     Args:
         files: Sources without errors.
     """
-    files = list(files)
+    files = [in_dialect(file, MATIEC) for file in files]  # whatever tool they were written for
     project, errors = analyse(files)
     while project is None:  # the remaining files may use declarations of refused files
         refused = {error.file for error in errors}

@@ -30,7 +30,9 @@ _TABLE = """
 The built-in engine, the debugger, coverage and `rcx prove` compute as the tool does. matiec and
 STruC++ do not support dialects. Therefore `auto` uses the built-in engine for all dialects except
 `iec` and `openplc`, with a message. It does the same if there are tasks and also a program without
-a task. If you choose another engine, a message says that it does not compute in the dialect.
+a task. If you choose another engine, a message says that it does not compute in the dialect. matiec
+counts as `openplc` does. If the result of a counter in an `iec` program may differ for this reason,
+the line is reported, as for the other [faults of matiec](engines.md#faults-of-matiec).
 
 | Question | Dialects | What is computed | Source |
 |---|---|---|---|"""

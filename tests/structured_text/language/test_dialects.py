@@ -41,7 +41,8 @@ def test_each_tool_has_one_row_of_each_rule_with_its_meaning_and_source() -> Non
     found = sorted((row.rule, tool) for row in rows() for tool in row.tools)
     assert found == sorted((rule, tool) for rule in rules for tool in dialects())
     assert all(row.meaning and row.source and row.title for row in rows())
-    assert {name for name in dialects() if rules_of(name).is_standard} == set(_AS_MATIEC)
+    assert {name for name in dialects() if rules_of(name).is_matiec} == set(_AS_MATIEC)
+    assert [name for name in dialects() if rules_of(name).is_standard] == ["iec"]
 
 
 # --- TIME as a number -------------------------------------------------------------------------
@@ -119,8 +120,8 @@ def _count(program: BuiltinProgram, pin: str, pulses: int) -> None:
 @pytest.mark.parametrize(
     ("dialect", "up", "down", "parts", "free"),
     [
-        # With PV 3, the counter gets five up and two down edges. matiec stops at 3.
-        ("iec", 2, 0, 1, 0),
+        # PV 3, five up, two down: matiec stops at 3.
+        ("iec", 5, -5, 3, 3),
         ("openplc", 2, 0, 1, 0),
         ("codesys", 5, 0, 3, 3),
         ("twincat", 5, 0, 3, 3),
@@ -132,7 +133,7 @@ def _count(program: BuiltinProgram, pin: str, pulses: int) -> None:
 def test_counters_count_beyond_pv_to_the_limits_of_their_type(
     speak: Build, dialect: str, up: int, down: int, parts: int, free: int
 ) -> None:
-    """Source: matiec, counter.txt; Infosys, Tc2_Standard, CTUD; Siemens A5E00739858, SFB 2."""
+    """Source: IEC 61131-3, counters (PVmax, PVmin); the sources in dialects.toml."""
     program = speak(dialect, _COUNTERS)
     _count(program, "Entry", 5)
     _count(program, "Leave", 2)
@@ -143,9 +144,9 @@ def test_counters_count_beyond_pv_to_the_limits_of_their_type(
     assert program.read("Main.Down.Q")
 
 
-@pytest.mark.parametrize(("dialect", "least"), [("tia", -32768), ("twincat", 0)])
+@pytest.mark.parametrize(("dialect", "least"), [("iec", -32768), ("tia", -32768), ("twincat", 0)])
 def test_counters_stop_at_the_limits_of_their_type(speak: Build, dialect: str, least: int) -> None:
-    """Source: Siemens A5E00739858, SFB 2: the limits are -32768 and 32767."""
+    """Source: IEC 61131-3, counters; Siemens A5E00739858, SFB 2: -32768 and 32767."""
     program = speak(dialect, _COUNTERS)
     program.write("Main.Up.CV", 32766)
     program.write("Main.Down.CV", least + 1)

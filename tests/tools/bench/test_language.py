@@ -35,12 +35,14 @@ def test_a_library_below_the_target_misses_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("RCX_LIBRARIES", str(_library(tmp_path / "lib")))
-    figure = measure(Options())["language lib"]
+    figure = measure(Options(quick=True))["language lib"]
     assert (figure.value, figure.target, figure.met) == (75.0, ">= 95", False)
 
 
 def test_without_libraries_it_says_how_to_name_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RCX_LIBRARIES", raising=False)
+    monkeypatch.delenv("RCX_REPOSITORIES", raising=False)
+    monkeypatch.setattr("rcx_tools.bench.language.find_matiec", lambda: None)
     with pytest.raises(InputError, match="RCX_LIBRARIES"):
         measure(Options())
 

@@ -430,7 +430,7 @@ def test_statements_of_single_tools(tmp_path: Path) -> None:
     _agrees(tmp_path, _block(variables, body))
 
 
-@pytest.mark.parametrize("dialect", ["codesys", "tia"])
+@pytest.mark.parametrize("dialect", ["openplc", "codesys", "tia"])
 def test_a_dialect_is_translated_as_on_the_engine(tmp_path: Path, dialect: str) -> None:
     """The rules are TIME as a number, counters, both operands of AND, short integers, REAL / 0."""
     variables = """

@@ -39,7 +39,10 @@ class Row(NamedTuple):
 _THREE = "TYPE THREE : ARRAY [0..2] OF DINT; END_TYPE\n"
 _POINT = "TYPE POINT : STRUCT X : INT; Y : INT; END_STRUCT; END_TYPE\n"
 
-#: Programs that a fault affects.
+_TWICE = "C(CU := TRUE, PV := 1); C(CU := FALSE); C(CU := TRUE, PV := 1);"
+_AGAIN = "C(CU := TRUE, R := FALSE, PV := 1);"
+
+#: Programs that a fault concerns.
 AFFECTED = {
     "for_once": [
         Row("I : INT; V : INT;", "FOR I := 1 TO 1 DO V := V + 1; END_FOR;", 1),
@@ -89,6 +92,26 @@ AFFECTED = {
     ],
     "find": [Row("V : INT; T : STRING := 'aab';", "V := FIND(T, 'ab');", 2)],
     "limit": [Row("V : INT; A : INT := 5;", "V := LIMIT(10, A, 0);", 0)],
+    "counters": [
+        # Two edges in one scan.
+        Row("C : CTU; V : INT;", f"{_TWICE} V := C.CV;", 2),
+        Row("C : CTU; V : INT;", f"{_TWICE}\nC(CU := FALSE, CV => V);", 2),
+        Row("C : CTUD; V : BOOL;", f"{_TWICE} C(CU := FALSE, CD := TRUE); V := C.QU;", True),
+        Row("C : CTUD; V : BOOL;",
+            "C(CD := TRUE, PV := 1); C(CU := TRUE, CD := FALSE); V := C.QD;", True),
+        Row("C : CTD_DINT; V : DINT;", "C(CD := TRUE); V := C.CV;", -1),
+        # PV rises after CV has passed it.
+        Row("C : CTU; V : BOOL; N : INT := 1;",
+            f"{_TWICE.replace('PV := 1', 'PV := N')} N := 2; C(CU := FALSE, PV := N); V := C.Q;",
+            True),
+        Row("C : CTU; V : BOOL;", f"{_TWICE} C(PV := 2); V := C.Q;", True),
+        Row("C : CTU; V : BOOL;", "C(CU := TRUE); C(CU := FALSE, PV := 1); V := C.Q;", True),
+        Row("C : CTU; V : BOOL;", f"{_TWICE} C.PV := 2; C(CU := FALSE); V := C.Q;", True),
+        # Not reset by its Q in one of the calls; a PV of 0 sets Q only after the first call.
+        Row("C : CTU; V : INT;",
+            f"C(CU := TRUE, R := C.Q, PV := 1); C(CU := FALSE); {_AGAIN} V := C.CV;", 2),
+        Row("C : CTU; V : INT;", "C(CU := TRUE, R := C.Q, PV := 0); V := C.CV;", 1),
+    ],
     "function_array": [
         Row("A : THREE; V : DINT;", "A[1] := 4; V := SECOND_OF(A);", None, _THREE +
             "FUNCTION SECOND_OF : DINT VAR_INPUT L : THREE; END_VAR SECOND_OF := L[1];"
@@ -143,6 +166,16 @@ FINE = [
     Row("V : INT; A, B, C : INT;", "A := 4; V := A;", 4),
     Row("V : DINT; L : GRID;", "L[1, 2] := 4; V := L[1, 2];", 4,
         "TYPE GRID : ARRAY [0..1, 0..2] OF DINT; END_TYPE"),
+    Row("C : CTU; V : BOOL;", f"{_TWICE} V := C.Q;", True),
+    Row("C : CTU; V : BOOL; N : INT := 2;", f"{_TWICE} C(CU := FALSE, Q => V);", True),
+    Row("C : CTU; V : BOOL; END_VAR VAR CONSTANT N : INT := 1;",
+        f"{_TWICE.replace('PV := 1', 'PV := N')} C(R := TRUE); V := C.Q;", False),
+    Row("C : CTD; V : BOOL; N : INT;", "C(CD := TRUE, PV := N); V := C.Q;", True),
+    Row("C : CTD_UDINT; V : UDINT;", "C(CD := TRUE); V := C.CV;", 0),
+    Row("C : CTU; V : INT; B : BOOL;", "FOR V := 1 TO 5 DO C(CU := NOT B, R := B OR C.Q, PV := 1);"
+        " B := NOT B; END_FOR; V := C.CV;", 1),
+    Row("C : CTU; V : INT; B : BOOL := TRUE;", "C(CU := B AND NOT C.Q, PV := 1);"
+        " C(CU := FALSE); C(CU := B AND NOT C.Q, PV := 1); V := C.CV;", 1),
     Row("V : DINT; A : LIST;", "A[1] := 4; V := A[1];", 4, _THREE +
         "TYPE LIST : THREE; END_TYPE"),
 ]  # fmt: skip
