@@ -278,6 +278,24 @@ def test_a_namespace_of_a_library_is_declared(tmp_path: Path) -> None:
     assert sorted(texts) == ["Valve.st", "Vlv.st"]
 
 
+def test_an_input_that_gets_values_of_several_types_is_an_any(tmp_path: Path) -> None:
+    """A type that takes all values is preferred: a REAL takes an INT.
+
+    Source: docs/how-to/projects.md.
+    """
+    variables = "  r : REAL; i : INT; s : STRING; a : ARRAY[1..2] OF BYTE; v : Valve; ok : BOOL;"
+    statements = (
+        "ok := Send(r); ok := Send(s); ok := Send(a);\nok := Wide(r); ok := Wide(i);\n"
+        "v(Item := s, Open := ok); v(Item := i);"
+    )
+    objects = {"MAIN.TcPOU": _program(variables, statements)}
+    texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
+    assert "P1 : ANY;" in texts["Send.st"]
+    assert "P1 : REAL;" in texts["Wide.st"]
+    assert "Item : ANY;" in texts["Valve.st"]
+    assert "Open : BOOL;" in texts["Valve.st"]
+
+
 def test_nothing_is_inferred_if_nothing_is_missing(tmp_path: Path) -> None:
     """A mistake of the user's is not a missing library.
 
