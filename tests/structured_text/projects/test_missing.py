@@ -279,7 +279,7 @@ def test_a_namespace_of_a_library_is_declared(tmp_path: Path) -> None:
 
 
 def test_an_input_that_gets_values_of_several_types_is_an_any(tmp_path: Path) -> None:
-    """A type that takes all values is preferred: a REAL takes an INT.
+    """A type that takes all values is preferred: an LREAL takes an INT and a REAL.
 
     Source: docs/how-to/projects.md.
     """
@@ -291,7 +291,7 @@ def test_an_input_that_gets_values_of_several_types_is_an_any(tmp_path: Path) ->
     objects = {"MAIN.TcPOU": _program(variables, statements)}
     texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
     assert "P1 : ANY;" in texts["Send.st"]
-    assert "P1 : REAL;" in texts["Wide.st"]
+    assert "P1 : LREAL;" in texts["Wide.st"]
     assert "Item : ANY;" in texts["Valve.st"]
     assert "Open : BOOL;" in texts["Valve.st"]
 

@@ -54,9 +54,7 @@ class Settings(user.Settings):
 
 def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str]]:
     """Prove a program's properties; return the results and the names of the program's inputs."""
-    sources = source_files(
-        list(files), settings.lib, settings.replace, device=settings.device
-    )
+    sources = source_files(list(files), settings.lib, settings.replace, device=settings.device)
     bench = CellBench if settings.robot else AloneBench
     return user.prove(
         sources, settings, bench(files, settings.lib, settings.replace, settings.device)

@@ -202,9 +202,7 @@ def _conversion(node: t.Standard, argument: str, rules: Dialect) -> Value:
     return _to_integer(source, target, argument, rules)
 
 
-def _characters(
-    node: t.Standard, source: str, target: str, argument: str, rules: Dialect
-) -> Value:
+def _characters(node: t.Standard, source: str, target: str, argument: str, rules: Dialect) -> Value:
     """Return the code of a conversion from or to texts and characters."""
     if target in ANY_STRING:
         code = _text(source, argument, rules)
