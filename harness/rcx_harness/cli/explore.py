@@ -152,16 +152,15 @@ def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
             raise InputError(f"--{name} needs --robot", hint="name the robot file, too")
     settings = _settings(given)
     settings = type(settings)(**vars(settings) | {"report": report})
-    found = explore_program(
-        source_files(list(given.files), given.lib, device=given.device), settings, farm
-    )
+    sources = source_files(list(given.files), given.lib, device=given.device)
+    found = explore_program(sources, settings, farm)
 
     def finish() -> bool:
         _print(found, settings)
         broken = found.result.broken
         if broken is None:
             return False
-        stimulus, shown = replay(given.files, given.lib, found, settings, given.out)
+        stimulus, shown = replay(sources, found, settings, given.out)
         more = " --no-robot" if given.no_robot else ""
         more += f" --size {given.size}" if given.size != SIZE else ""
         more += "".join(f" --{one} {k}" for one, k in (("m", given.m), ("n", given.n)) if k)

@@ -202,12 +202,12 @@ class _Run:
         """
         feed = self._state.feed_token
         follows = self._found[at + 1].type if at + 1 < len(self._found) else ""
-        if token.type == "IDENT" and follows in ("ASSIGN", "SENDTO"):
-            if "COMMA" in accepted and "RPAR" in accepted:
-                hint = f"write it after {str(before)!r}"
-                self._errors.append(self._error("a ',' is missing", before, hint, after=True))
-                feed(Token.new_borrow_pos("COMMA", ",", token))
-                return at
+        named = token.type == "IDENT" and follows in ("ASSIGN", "SENDTO")
+        if named and {"COMMA", "RPAR"} <= accepted:
+            hint = f"write it after {str(before)!r}"
+            self._errors.append(self._error("a ',' is missing", before, hint, after=True))
+            feed(Token.new_borrow_pos("COMMA", ",", token))
+            return at
         if token.type == "RPAR" and "SEMICOLON" in accepted:
             self._errors.append(self._error("there is no ( for this )", token, "remove it"))
             return at + 1
