@@ -1,6 +1,6 @@
 """Share of the files of public Structured Text that the front end accepts.
 
-The person who measures fetches the sources; this repository contains nothing of them.
+You fetch the sources yourself, because this repository does not contain them.
 
 - `RCX_REPOSITORIES` names the folder with the checkouts of `repositories`. Per repository the bench
   prints the files that are accepted, that lack a library, that show a gap of the front end, and
@@ -144,7 +144,7 @@ def result(repository: Repository, root: Path) -> Result:
     """Check the programs of a repository and classify what is refused.
 
     Raises:
-        InputError: a checkout has not the expected files.
+        InputError: a checkout lacks expected files.
     """
     libraries = references(repository.folder(root))
     found = Result()
@@ -186,8 +186,8 @@ def measure(options: Options) -> dict[str, Figure]:
     """Measure the repositories and libraries of the user, and print why files are refused.
 
     Raises:
-        InputError: neither variable is set, a library has no sources, or a checkout is not the
-            measured one.
+        InputError: neither variable is set, a library has no sources, or a checkout is not at the
+        measured commit.
     """
     entries = [Path(part) for part in os.environ.get(_VARIABLE, "").split(os.pathsep) if part]
     root = os.environ.get(_FOLDER, "")

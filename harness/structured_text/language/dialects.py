@@ -1,8 +1,8 @@
-"""Dialects: what a program computes where PLC tools differ, from the table `dialects.toml`.
+"""Dialects: the rules of computation in which PLC tools differ, from the table `dialects.toml`.
 
-The paths of the sources say the dialect (`source.in_dialect`), because a program, its copies and
-its library travel as paths through all commands. The environment variable, which `--dialect` sets,
-counts for paths that say none.
+The paths of the sources contain the dialect (`source.in_dialect`), because all commands pass a
+program, its copies and its library as paths. For other paths the environment variable decides,
+which `--dialect` sets.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class Row:
         tools: Names of dialects.
         value: The answer, as the code reads it.
         meaning: The answer in words.
-        source: Where the tool's maker says so.
-        also: What is the same for all tools.
+        source: The document of the tool's maker that states it.
+        also: Facts that are the same for all tools.
     """
 
     rule: str
@@ -169,9 +169,10 @@ def using(name: str | None) -> Iterator[None]:
 
 
 def dialect_of(paths: Iterable[Path]) -> str:
-    """Return the dialect of a program: that of the first source that says one.
+    """Return the dialect of a program.
 
-    If none does, it is the chosen one, and otherwise that of plain Structured Text.
+    It is the dialect of the first source that has one, else the chosen dialect, else that of plain
+    Structured Text.
     """
     said = (getattr(path, "dialect", "") for path in paths)
     return next(filter(None, said), "") or chosen() or IEC

@@ -1,4 +1,4 @@
-"""The dialect of plain Structured Text: the built-in engine and matiec agree, row by row.
+"""In the dialect of plain Structured Text, the built-in engine and matiec agree row by row.
 
 Two rows are left out, because the engines differ there on purpose: a REAL divided by 0 and the root
 of a negative number end a run of the built-in engine (docs/reference/language.md).
@@ -46,7 +46,7 @@ PROGRAM Main WITH T1 : P1;
 END_RESOURCE
 END_CONFIGURATION
 """
-#: Rule of the table, with the variables that show it.
+#: A rule of the table, with the variables that show it.
 _SHOWN = {
     "time_unit": ("T", "FromTime", "TimeToReal"),
     "counters": ("UpV", "UpQ", "DownV", "DownQ", "BothV", "BothU", "BothD"),
@@ -86,7 +86,7 @@ def test_both_engines_agree_on_random_calls_of_each_row(tmp_path: Path, matiec: 
 
 
 def _inputs(draw: random.Random) -> dict[str, object]:
-    """Return new values of the inputs; the counters often see edges, and loads seldom."""
+    """Return new values of the inputs: many edges for counters, and few loads."""
     edge = draw.choice((-32768, -1, 0, 1, 2, 3, 32767))
     found: dict[str, object] = {
         "A": draw.choice((edge, draw.randrange(-32768, 32768), draw.randint(1, 9))),

@@ -1,6 +1,6 @@
-"""Rows of `language/dialects.toml`: programs compute as the tool of their dialect does.
+"""Programs compute as the tool of their dialect does, for each row of `language/dialects.toml`.
 
-Expected values are those of the makers' documents, which the table names as sources.
+Expected values come from the makers' documents, which the table names as sources.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def _count(program: BuiltinProgram, pin: str, pulses: int) -> None:
 @pytest.mark.parametrize(
     ("dialect", "up", "down", "parts", "free"),
     [
-        # PV 3, five up, two down: matiec stops at 3.
+        # With PV 3, the counter gets five up and two down edges. matiec stops at 3.
         ("iec", 2, 0, 1, 0),
         ("openplc", 2, 0, 1, 0),
         ("codesys", 5, 0, 3, 3),
@@ -261,7 +261,7 @@ END_PROGRAM
 
 @pytest.mark.parametrize("dialect", ["codesys", "twincat", "logix"])
 def test_short_integers_are_calculated_as_dint(speak: Build, dialect: str) -> None:
-    """The examples 1 to 4 of CODESYS, and that of SA0066.
+    """Examples 1 to 4 are from CODESYS, the last one is from SA0066.
 
     Source: CODESYS help, operators, overflow in the data type; Static Analysis SA0066.
     """
@@ -412,8 +412,8 @@ END_CONFIGURATION
         ("1s", None, 200, 2),
         ("1s", "5ms", 400, 2),
         ("1s", "20ms", 100, 2),
-        ("25ms", None, 400, 80),  # the scans are 5 ms, so that the task keeps its interval
-        ("4ms", None, 1000, 500),  # scans of 2 ms
+        ("25ms", None, 400, 80),  # The scan is 5 ms, so that the task keeps its interval.
+        ("4ms", None, 1000, 500),  # The scan is 2 ms.
     ],
 )
 def test_a_program_without_a_task_runs_in_each_scan_and_the_task_at_its_interval(
@@ -503,7 +503,7 @@ def test_an_unknown_dialect_is_refused_with_the_nearest_name() -> None:
 
 
 def test_two_dialects_of_one_file_are_two_programs(files_of: Callable[..., list[Path]]) -> None:
-    """The caches do not mix them.
+    """The caches do not mix the two programs.
 
     Source: language/cache.py.
     """
@@ -548,7 +548,7 @@ _RANGES = {
 
 
 def _expression(draw: random.Random, depth: int, given: dict[str, int]) -> tuple[str, int]:
-    """Return a random calculation and its value with 32 bits, by the rule of CODESYS."""
+    """Return a random calculation and its value in 32 bits, by the rule of CODESYS."""
     if depth == 0 or draw.random() < 0.2:
         name = draw.choice([*_SHORT, "7", "300"])
         return name, given.get(name, 0) if name in _SHORT else int(name)

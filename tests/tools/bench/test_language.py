@@ -1,4 +1,4 @@
-"""The share of files of a library: counted by file, with the reason of each refusal."""
+"""The share of accepted files of a library is counted by file, with the reason of each refusal."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ _FUNCTIONS = (
     "FUNCTION Half : INT\nVAR_INPUT A : INT; END_VAR\nHalf := A / 2;\nEND_FUNCTION\n",
     "FUNCTION_BLOCK Count\nVAR_INPUT Go : BOOL; END_VAR\nVAR_OUTPUT N : INT; END_VAR\n"
     "IF Go THEN N := N + 1; END_IF;\nEND_FUNCTION_BLOCK\n",
-    # For more than one character the two engines differ (docs/reference/language.md).
+    # With more than one character the two engines differ (docs/reference/language.md).
     "FUNCTION Place : INT\nVAR_INPUT A : INT; END_VAR\nPlace := FIND('aab', 'ab');\nEND_FUNCTION\n",
     "FUNCTION Loose : INT\nVAR_INPUT A : INT; END_VAR\nLoose := A; // ours\nEND_FUNCTION\n",
     "FUNCTION Uses : INT\nVAR_INPUT A : INT; END_VAR\nUses := Loose(A);\nEND_FUNCTION\n",

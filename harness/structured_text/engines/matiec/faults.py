@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 _TABLE = Path(__file__).with_name("faults.toml")
-#: A name in the C code of FOR, which matiec writes since it knows CONTINUE (June 2024).
+#: A name in the C code that matiec writes for FOR since it supports CONTINUE (June 2024).
 _NEW = b"__do_increment"
 
 
@@ -45,9 +45,9 @@ class Fault:
     Attributes:
         name: Key in the table.
         construct: The construct of the program.
-        effect: What matiec does with it; begins with a verb.
+        effect: The behaviour of matiec, as a predicate.
         instead: What to write instead.
-        refused: Whether there is no program at all, because the C code does not compile.
+        refused: Whether the C code does not compile.
         versions: `all`, `new` (since June 2024) or `old` (before).
     """
 
@@ -177,7 +177,7 @@ def refuse_faults(found: Iterable[Place]) -> None:
 
 
 def is_new(matiec: Matiec) -> bool:
-    """Return whether an installed matiec is one since June 2024."""
+    """Return whether the installed matiec is a version since June 2024."""
     return _contains(matiec.iec2c, matiec.iec2c.stat().st_mtime_ns)
 
 

@@ -1,4 +1,4 @@
-"""The engines give the same trace, scan by scan, in every variable."""
+"""All engines give the same trace: in each scan, every variable has the same value."""
 
 from __future__ import annotations
 

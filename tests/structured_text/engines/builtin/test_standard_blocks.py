@@ -1,4 +1,4 @@
-"""The standard blocks, cycle by cycle."""
+"""The standard blocks have the right outputs in each scan."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ _MS = timedelta(milliseconds=1)
 def _trace(
     build: Build, kind: str, levels: dict[str, str], changes: Changes, outputs: list[str], step: int
 ) -> dict[str, Any]:
-    """Return the outputs of a block per scan: one character of a BOOL, milliseconds of a TIME.
+    """Return the outputs of a block per scan: a character for a BOOL, milliseconds for a TIME.
 
-    Of an input each scan has one character, 1 is TRUE; any other input stays until it changes.
+    A string of inputs has one character per scan, where 1 is TRUE. Any other input is constant
+    until it is set again.
     """
     program = build(f"PROGRAM P1\nVAR B1 : {kind}; END_VAR\nB1();\nEND_PROGRAM")
     found: dict[str, list[Any]] = {pin: [] for pin in outputs}
@@ -52,13 +53,13 @@ def _case(
 def _timer(
     name: str, kind: str, levels: str, times: dict[int, int], q: str, et: list[int], step: int = 10
 ) -> Any:
-    """Return a timer case. `times` is in milliseconds, by the scan that sets them."""
+    """Return a timer case. `times` has milliseconds, by the number of the scan that sets them."""
     changes = {scan: {"PT": f"T#{ms}ms"} for scan, ms in times.items()}
     return _case(name, kind, {"IN": levels}, changes, {"Q": q} | ({"ET": et} if et else {}), step)
 
 
 _PT = {0: 30}
-_LONGER = {0: 20, 5: 60}  # two scans after it is over
+_LONGER = {0: 20, 5: 60}  # two scans after its end
 _TIMERS = [
     _timer("switches on when its time is over", "TON", "01111100110", _PT,
            "00001100000", [0, 0, 10, 20, 30, 30, 0, 0, 0, 10, 0]),

@@ -1,9 +1,9 @@
-"""The known faults of matiec: which programs they concern, and what happens to such a program.
+"""The known faults of matiec are detected in the programs that they affect.
 
-Each row is a fault, and a program: its declarations, its variables and its statements. `value` is
-that of `V` after one scan, from IEC 61131-3 by hand; it is None for a program that matiec cannot
-compile. That matiec has the fault, and computes the other programs as all engines do, is tested
-with the installed matiec.
+Each row has a program: its declarations, variables and statements. `value` is the value of `V`
+after one scan, calculated by hand from IEC 61131-3, or None if matiec cannot compile the program.
+Tests with the installed matiec check that it has each fault, and that it runs the unaffected
+programs as all engines do.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from structured_text.language.load import load
 
 
 class Row(NamedTuple):
-    """A program whose `V` has the value `value` after one scan."""
+    """A program, and the value of its variable `V` after one scan."""
 
     variables: str
     body: str
@@ -39,7 +39,7 @@ class Row(NamedTuple):
 _THREE = "TYPE THREE : ARRAY [0..2] OF DINT; END_TYPE\n"
 _POINT = "TYPE POINT : STRUCT X : INT; Y : INT; END_STRUCT; END_TYPE\n"
 
-#: Programs that a fault concerns.
+#: Programs that a fault affects.
 AFFECTED = {
     "for_once": [
         Row("I : INT; V : INT;", "FOR I := 1 TO 1 DO V := V + 1; END_FOR;", 1),
@@ -115,7 +115,7 @@ AFFECTED = {
     "text_line_feed": [Row("V : STRING;", "V := 'a$Lb';", None)],
 }  # fmt: skip
 
-#: Programs that are like those, and that no fault concerns.
+#: Similar programs that no fault affects.
 FINE = [
     Row("I : INT; V : INT;", "FOR I := 1 TO 2 DO V := V + 1; END_FOR;", 2),
     Row("I : INT; V : INT;", "FOR I := 1 TO 0 DO V := V + 1; END_FOR;", 0),
@@ -163,7 +163,7 @@ def _shown(value: object) -> object:
 
 
 def test_every_fault_has_a_program_that_shows_it() -> None:
-    """Only faults that depend on the values of a run have no detector.
+    """Only faults that depend on values during the run have no detector and no program.
 
     Source: the table itself.
     """
@@ -245,7 +245,7 @@ def test_an_inexact_duration_is_known(nanoseconds: int, exact: bool) -> None:
 
 @pytest.fixture
 def with_matiec(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Let a matiec of today be found, whose programs the built-in engine runs."""
+    """Simulate an installed recent matiec; the built-in engine runs its programs."""
     iec2c = tmp_path / "iec2c"
     iec2c.write_bytes(b"... int __do_increment = 0; ...")
     monkeypatch.setattr(chooser, "find_matiec", lambda: Matiec(iec2c, tmp_path, tmp_path))
