@@ -76,6 +76,7 @@ class Dialect:
         operands: `needed` or `both`.
         integers: `own` or `dint`.
         text: Number of characters of a plain STRING.
+        notation: `digits` or `short`, the texts of the conversions to STRING.
         real_by_zero: `stop` or `infinite`.
         root: `stop`, `nan` or `absolute`.
         pace: `scan`.
@@ -89,6 +90,7 @@ class Dialect:
     operands: str
     integers: str
     text: int
+    notation: str
     real_by_zero: str
     root: str
     pace: str
