@@ -1,4 +1,4 @@
-"""The link over cyclic I/O: the same four calls, without waiting for anything."""
+"""The link over cyclic I/O has the same four calls, and they never wait."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def link() -> Iterator[RealTimeLink]:
 
 
 def eventually(link: RealTimeLink, condition: Callable[[], bool]) -> None:
-    """Wait, by requests to the adapter, until a condition holds."""
+    """Send requests to the adapter until a condition holds."""
     for _ in range(100_000):
         if condition():
             return

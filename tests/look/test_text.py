@@ -13,7 +13,7 @@ from rcx_harness.look.text import (
     telegram_lines,
 )
 
-#: Bytes 32 and 33: CPU_OK, MP RDY, AUTO mode; bit 0 of byte 34: SO(20); word 2: 0x1234.
+#: Bytes 32 and 33: CPU_OK, MP RDY, AUTO mode. Bit 0 of byte 34: SO(20). Word 2: 0x1234.
 OUTPUTS = bytes([0, 0, 0, 0, 0x34, 0x12]) + bytes(26) + bytes([0x12, 0x01, 0x01]) + bytes(13)
 
 
@@ -73,7 +73,7 @@ _NO_MASTER = "owned by no master, no I/O connection"
          [f"RCX{_TAIL}", "status 16#0061: owned by a master, an I/O connection is in run"]),
         ("0000", b"RCX", [f"RCX{_TAIL}", "status 16#0000: owned by no master"]),
         ("3000", b"", [f"(no name){_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
-        # A name is a text of ISO 8859-1 from whatever device answers.
+        # A name is ISO 8859-1 text from an unknown device.
         ("3000", _ESCAPES,
          [f"\\x1b[2J\\r\\nrcx: fake\\x9b31m\u00e9{_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
         ("", b"", ["identity: 7c 02"]),

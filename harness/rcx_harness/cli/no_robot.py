@@ -16,7 +16,7 @@ _OF_ROBOTS = (
     *("realtime", "panel", "connect", "yes", "input_instance", "output_instance"),
     *("config_instance", "config_data", "address", "positions", "seed", "faults"),
 )
-#: Fields whose option has another name, with this name.
+#: Names of the options that differ from the names of their fields.
 _NAMES = {"address": "from"}
 
 

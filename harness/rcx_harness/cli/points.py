@@ -234,7 +234,7 @@ def _range(text: str) -> range:
     found = re.fullmatch(r"(\d{1,5})(?:-(\d{1,5}))?", text)
     first, last = (int(found[1]), int(found[2] or found[1])) if found else (1, 0)
     if not first <= last < COUNTS["points"]:
-        hint = f"write 0-99 or 5; the last one is {COUNTS['points'] - 1}"
+        hint = f"write 0-99 or 5; the last number is {COUNTS['points'] - 1}"
         raise InputError(f"--numbers {text!r:.40} is not a range of points", hint=hint)
     return range(first, last + 1)
 

@@ -86,7 +86,7 @@ def _interfaces(tool: str) -> list[str]:
     """Return the names of the interfaces at which the tool can capture."""
     found = programs.run([tool, "-D"], text=True)
     lines = [line.split(maxsplit=1) for line in found.stdout.splitlines()]
-    return [line[1] for line in lines if len(line) > 1] or ["none that you may capture at"]
+    return [line[1] for line in lines if len(line) > 1] or ["none at which you may capture"]
 
 
 def _capture(command: list[str]) -> tuple[int, str]:

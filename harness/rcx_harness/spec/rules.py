@@ -22,7 +22,7 @@ class Rule:
     Attributes:
         section: Section of the manual that states it; empty if the manual is silent.
         basis: One of BASES. A row of the table has it only if it is neither the manual nor assumed.
-        source: The public source, or who measured what, with which firmware.
+        source: The public source, or the person, device and firmware of a measurement.
         knobs: The keys of a robot file that change it.
     """
 

@@ -30,7 +30,7 @@ _MOST_RULES = 20
 
 
 class LastChanges(Timeline):
-    """The end of a run: the last second, or the last changes if that second has only few."""
+    """The end of a run: the last second, or the last changes if that second has only a few."""
 
     def __init__(self, cell: Cell) -> None:
         super().__init__(cell.trace)

@@ -222,7 +222,7 @@ class _Variables:
         self._changed = Changed(watched)
         self._lanes: dict[str, Lane] = {}
         self.words: set[int] = set()
-        """All values of WORD variables, among which are the ErrorIDs."""
+        """All values of WORD variables; some of them are ErrorIDs."""
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
         """Take the values of a scan."""

@@ -118,7 +118,7 @@ class BuiltinProgram(OfProject):
         self._byte_lists: dict[str, tuple[Any, int]] = {}
 
     def _made(self, block: BlockType) -> Any:
-        """Return the instance of a program: a new one, or the one that others call by name."""
+        """Return a new instance of a program, or the instance that other POUs call by name."""
         key = block.name.upper()
         shared = self.project.global_symbols.get(key)
         if shared is not None and shared.type is block:
@@ -126,7 +126,7 @@ class BuiltinProgram(OfProject):
         return self.module.names[f"b_{key}"](self._globals)
 
     def pace(self, scan_us: int) -> None:
-        """Run the tasks beside a program without a task in their intervals; see `Program.pace`."""
+        """Run tasks at their intervals although a program without a task runs in each scan."""
         if not self.project.free:
             return
         intervals = {
@@ -156,8 +156,8 @@ class BuiltinProgram(OfProject):
         """Run one base tick at PLC time `now_us` [µs].
 
         Raises:
-            InputError: The program divides by zero, leaves an array or does not end a loop. The
-                error has the file and line of the statement.
+            InputError: The program divides by zero, uses an index outside of an array, or does not
+                end a loop. The error has the file and line of the statement.
         """
         self._globals.now = now_us * 1000
         scans = self._scans
@@ -357,17 +357,17 @@ class BuiltinProgram(OfProject):
 
     @contextmanager
     def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
-        """Let Python functions answer the calls of FUNCTIONs, by name, inside the `with`.
+        """Replace the calls of FUNCTIONs, by name, by Python functions inside the `with`.
 
-        An answer gets the inputs in the order of their declaration, as the engine represents
-        them. Functions that the program does not have are ignored.
+        A Python function gets the inputs in the order of their declaration, as the engine
+        represents them. Functions that the program does not have are ignored.
         """
         with self.module.answering(answers):
             yield
 
     @contextmanager
     def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
-        """Let the calls of one instance of a block do nothing but call `called(place)`.
+        """Replace the calls of one instance of a block by calls of `called(place)`.
 
         `place` is the identity of the instance (see `holder`).
         """
@@ -381,7 +381,7 @@ class BuiltinProgram(OfProject):
     def running(self) -> Iterator[tuple[str, int]]:
         """Yield file and line of the running statements, the innermost first.
 
-        For use inside an answer (see `answering`).
+        For use inside a function of `answering`.
         """
         return self.module.running(inspect.currentframe())
 
@@ -396,7 +396,7 @@ class BuiltinProgram(OfProject):
         return _Snapshot(self.module, self._scans, data, made)
 
     def restore(self, snapshot: object) -> None:
-        """Return to a state that `snapshot` gave, of this or another instance of the program.
+        """Restore a state that `snapshot` of this or another instance of the program has returned.
 
         Raise InputError if the snapshot belongs to another program.
         """
