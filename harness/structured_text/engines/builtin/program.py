@@ -401,7 +401,7 @@ class BuiltinProgram(OfProject):
         Raise InputError if the snapshot belongs to another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
-            raise InputError("this snapshot is of another program")
+            raise InputError("this snapshot belongs to another program")
         self._scans = snapshot.scans
         heap, names = self._globals.heap, self.module.names
         if heap or snapshot.made:
