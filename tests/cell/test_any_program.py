@@ -1,8 +1,8 @@
-"""Whatever the program, the operator and the network do: no rule of the wire is broken.
+"""No rule of the wire is broken, whatever program, operator and network do.
 
-Execute, calls and safety pins are flipped at random in every scan, while the link, the power, the
-emergency stop, AUTO mode and the programming box come and go. Beyond packets that are late, the
-network loses some; the margin covers as many as the connection survives.
+Execute, calls and safety pins change at random in every scan, while the link, the power, the
+emergency stop, AUTO mode and the programming box come and go. The network delays packets, and loses
+as many as the margin and the connection allow.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`rcx check`: errors of the front end, and the portability rules one by one."""
+"""`rcx check` reports errors of the front end and breaches of each portability rule."""
 
 from __future__ import annotations
 
@@ -134,8 +134,8 @@ def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path:
     assert not lint([write(tmp_path, "It", block("    t : STRING;\n", body))])
 
 
-#: Words that edition 3 of the standard reserved and edition 2 left free, and that are not keywords
-#: here: the others end in an error before the rules are looked at.
+#: Words that edition 3 of the standard reserves and edition 2 does not. Words that are keywords
+#: here are left out, because they are an error before the rules are checked.
 _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Method",
               "END_NAMESPACE", "Final", "Internal", "LDATE", "Ldate_And_Time", "Ldt", "Ltime",
               "LTIME_OF_DAY", "Ltod", "Null", "Overlap", "Override", "Private", "Protected",
@@ -154,7 +154,7 @@ def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> 
     kind = f"TYPE\n  {word} : INT;\nEND_TYPE\n"
     called = block().replace("FB_It", word)
     for text in (variable, field, member, kind, called):
-        if text is member and word in ("Super", "This"):  # in brackets they may be an argument
+        if text is member and word in ("Super", "This"):  # here it may be an argument
             with pytest.raises(InputError, match=f"It.st:2:19: {word} is a reserved word"):
                 lint([write(tmp_path, "It", text)])
             continue
@@ -204,7 +204,7 @@ def test_the_library_has_rules_of_its_own(tmp_path: Path, text: str, finding: st
 def test_a_fault_of_matiec_is_a_warning_with_all_its_lines(
     tmp_path: Path, capsys: Captured
 ) -> None:
-    """Without matiec, too. Source: docs/reference/engines.md."""
+    """The warning also appears without an installed matiec. Source: docs/reference/engines.md."""
     text = "PROGRAM Main\nVAR V : STRING; END_VAR\n  V := 'a$Nb';\n  V := 'c$0Ad';\nEND_PROGRAM\n"
     file = write(tmp_path, "Main", text)
     assert main(["check", str(file)]) == 0

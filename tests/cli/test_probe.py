@@ -1,4 +1,4 @@
-"""`rcx probe`: confirmations, written files, exit codes, and a real exchange with `rcx serve`."""
+"""`rcx probe` asks for confirmations, writes files, has exit codes, and works with `rcx serve`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
 
 @pytest.fixture
 def types(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
-    """Simulate a user who types these words, and then only Enter."""
+    """Simulate a user who types these words and then only Enter."""
 
     def typing(*words: str) -> list[str]:
         left, asked = list(words), []
@@ -82,7 +82,7 @@ def test_only_confirmed_steps_are_asked(
     assert (tmp_path / "mine.jsonl").is_file()
     assert line.closed
     assert main(["probe", "192.168.0.10", *only, *given]) == 2
-    assert "already exists; name another one with --out" in capsys.readouterr().err
+    assert "already exists; name another file with --out" in capsys.readouterr().err
 
 
 def test_motion_takes_the_word_move_for_each_step(

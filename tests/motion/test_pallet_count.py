@@ -1,4 +1,4 @@
-"""FB_PalletCount: the next work position in retained data, and what it refuses."""
+"""FB_PalletCount stores the next work position in retained data, and refuses wrong data."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ END_PROGRAM
 
 
 class _Pallet:
-    """A pallet block; with the size () its size pins keep their defaults."""
+    """A pallet block. With the size (), its size pins keep their defaults."""
 
     def __init__(self, size: tuple[int, ...], engine: str = "auto") -> None:
         self.program = compiled(_PROGRAM, engine)
@@ -40,7 +40,7 @@ class _Pallet:
         self._now_us += 10_000
 
     def press(self, pin: str) -> None:
-        """Give a pin an edge, and hold it for a few scans."""
+        """Give a pin an edge, and hold it TRUE for a few scans."""
         for value in (True, True, True, False):
             self.put(pin, value)
             self.scan()
@@ -56,7 +56,7 @@ class _Pallet:
 
     @property
     def shown(self) -> tuple[str, int, int, tuple[int, ...], int]:
-        """Return Full, Error or neither; ErrorID, WorkPosition, its indices, Remaining."""
+        """Return Full, Error or neither; ErrorID, WorkPosition, its indices and Remaining."""
         pins = ("ErrorID", "WorkPosition", "IndexX", "IndexY", "IndexZ", "Remaining")
         values = [int(self.program.read(f"Main.Count.{pin}")) for pin in pins]
         on = [pin for pin in ("Full", "Error") if self.program.read(f"Main.Count.{pin}")]
@@ -82,7 +82,7 @@ def test_x_counts_first_then_y_then_z(engine: str) -> None:
 
 
 def test_a_new_pallet_begins_anew_at_any_time() -> None:
-    """Next may rise in the same scan. Source: this library's own."""
+    """Next may rise in the same scan as NewPallet. Source: this library's own."""
     pallet = _Pallet((2, 2, 1))
     pallet.press("Next")
     pallet.press("Next")
@@ -96,7 +96,7 @@ def test_a_new_pallet_begins_anew_at_any_time() -> None:
 
 @pytest.mark.parametrize("kept", [7, -1, 32767, -32768])
 def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
-    """An exchange of the program can cause this; only NewPallet ends it.
+    """Changing the program can cause such a position. Only NewPallet ends the error.
 
     Source: this library's own.
     """
@@ -111,7 +111,7 @@ def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
 
 
 def test_a_cleared_place_counts_as_full() -> None:
-    """0 is what memory without an initial value has: nothing is put anywhere."""
+    """Memory without an initial value is 0, so that the robot must not put a part anywhere."""
     pallet = _Pallet((3, 2, 1))
     pallet.place = 0
     assert pallet.shown[0] == "Full"
@@ -122,7 +122,7 @@ def test_a_cleared_place_counts_as_full() -> None:
     [
         *((0, 1, 1), (1, 0, 1), (1, 1, 0), (-3, -2, 1), (182, 181, 1), (16384, 2, 1)),
         *((32767, 32767, 32767), (32767, 1, 2)),
-        (26217, 32765, 5),  # 2**32 + 32729, which 32 bits hold as 32729
+        (26217, 32765, 5),  # 2**32 + 32729, which is 32729 in 32 bits
         *((-5, 29308, 29309), (29308, -5, 29309)),  # 26436 - 2**32
     ],
 )
@@ -147,7 +147,7 @@ def test_a_pallet_may_have_one_position(size: tuple[int, ...]) -> None:
 
 
 def test_a_size_that_becomes_illegal_is_refused_at_once() -> None:
-    """The earlier sizes are not used any more. Source: guide 4.3.3."""
+    """The block does not continue with the earlier sizes. Source: guide 4.3.3."""
     pallet = _Pallet((3, 2, 1))
     pallet.resize((0, 2, 1))
     assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)
@@ -167,7 +167,9 @@ def test_the_largest_pallet_is_counted_to_the_end(size: tuple[int, int, int]) ->
 
 @pytest.mark.parametrize("pin", ["NewPallet", "Next"])
 def test_a_pin_that_is_true_as_the_plc_starts_changes_no_place(pin: str) -> None:
-    """A stuck button must not select place 1 again or skip a place: the robot would move wrongly.
+    """A stuck button must not select place 1 again or skip a place.
+
+    The robot would move wrongly.
 
     Source: the block keeps the place through a loss of power.
     """

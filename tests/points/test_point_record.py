@@ -1,4 +1,4 @@
-"""A record: its checksum beside that of zlib, and its way through the virtual controller."""
+"""A record has the checksum of zlib, and survives the virtual controller."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def plc(request: pytest.FixtureRequest) -> PointsBench:
 def test_the_checksum_is_the_crc_32_of_head_and_rows(
     plc: PointsBench, kind: str, robot: int
 ) -> None:
-    """Little endian: code and robot of the definition, First, then each row.
+    """The bytes are little endian: code and robot of the definition, First, then each row.
 
     Source: IEEE 802.3, as zlib has it; all bits inverted
     """
@@ -92,7 +92,10 @@ def _run(cell: Cell, block: str, **inputs: object) -> object:
 
 @pytest.mark.parametrize("kind", list(_CODES))
 def test_what_one_controller_has_another_one_gets_without_a_loss(kind: str) -> None:
-    """The largest numbers and all flags: nothing is rounded. Source: guide 4.3.1 to 4.3.5."""
+    """The record has the largest numbers and all flags. Nothing is rounded.
+
+    Source: guide 4.3.1 to 4.3.5.
+    """
     old, new = _cell(_STORED), _cell(RobotConfig(points={}))
     assert _run(old, "Backup", Kind=kind, First=0, Count=8) == 0
     for name in ("Rows", "Head"):
@@ -110,7 +113,7 @@ def test_what_one_controller_has_another_one_gets_without_a_loss(kind: str) -> N
 
 
 def _shown(memory: Memory, kind: str, number: int) -> object:
-    """Return what the controller has stored under this number."""
+    """Return the data that the controller has stored under this number."""
     if kind == "DATA_POINTS":
         return memory.points.get(number)
     if kind == "DATA_COMMENTS":

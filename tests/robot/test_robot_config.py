@@ -1,4 +1,4 @@
-"""Robot files, and what they must not hold."""
+"""Robot files are read, and wrong contents are refused."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ _QUICK_VALUES = ["9" * 30, "[[1]]", "{}", "1979-05-27"]
 def test_every_key_refuses_a_value_of_another_kind(
     tmp_path: Path, table: str, keys: list[str], value: str
 ) -> None:
-    """The message is short. Where a key takes tables, an empty table sets nothing."""
+    """The message is short. If a key takes tables, an empty table sets nothing."""
     for key in keys:
         empty = value == "{}" and key in (*STORED, "real_time_items", "work_areas")
         said = ""

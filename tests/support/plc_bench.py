@@ -24,8 +24,8 @@ BENCH = ROOT / "tests/data/library/Bench.st"
 def compiled(program: str | Path, engine: str = "auto") -> Program:
     """Return a new instance of a program, given as its text or file.
 
-    It is compiled with what it needs of the library. Many tests have the same program, so it is
-    compiled once.
+    The program is compiled with the library blocks that it needs, and only once, since many tests
+    share it.
     """
     return _compiled(program, engine)[0].instance()
 
@@ -34,7 +34,7 @@ def compiled(program: str | Path, engine: str = "auto") -> Program:
 def _compiled(
     program: str | Path, engine: str
 ) -> tuple[BuiltinProgram | NativeProgram, frozenset[str]]:
-    """Return a program that no test runs, and the names of its steady instances."""
+    """Return a program as a template for instances, and the names of its steady instances."""
     with tempfile.TemporaryDirectory() as folder:
         file = program if isinstance(program, Path) else Path(folder) / "Program.st"
         if isinstance(program, str):
@@ -46,11 +46,11 @@ def _compiled(
 
 
 class PlcBench:
-    """A program that is scanned every 10 ms: Bench.st, or the file or the text that is given.
+    """A program that is scanned every 10 ms: Bench.st, or the given file or text.
 
-    Its areas lie at offset `m` and `n`. With the margin of 20 ms the dedicated inputs change at
-    least 120 ms, 12 scans, apart. With `contract` every scan of every block is judged by the
-    contract monitor.
+    Its areas lie at offset `m` and `n`. With the margin of 20 ms, the dedicated inputs change at
+    least 120 ms, 12 scans, apart. With `contract`, the contract monitor checks every scan of every
+    block.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class PlcBench:
         return self.program.snapshot(), self.now_us, bytes(self.so), judged
 
     def restore(self, snapshot: Any) -> None:
-        """Begin again from `snapshot`."""
+        """Continue from `snapshot`."""
         program, self.now_us, so, judged = snapshot
         self.program.restore(program)
         self.so[:] = so
@@ -97,7 +97,7 @@ class PlcBench:
             self._monitor.restore(judged)
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; the area `so` is what each of them reads."""
+        """Run scans, each of which reads the area `so`."""
         for _ in range(count):
             image = bytearray(self.program.read_bytes("Main.InputArea"))
             image[self.m : self.m + len(self.so)] = self.so
@@ -153,12 +153,12 @@ class PlcBench:
         self.scan(scans)
 
     def complete(self, status: int = 0x0200, response: Sequence[int] = ()) -> None:
-        """Let the command that is out end with this status in a scan; then the status is reset."""
+        """Let the command end with this status in a scan, then reset the status."""
         self.answer(status, response, scans=1)
         self.answer(0)
 
     def give(self, block: str, code: int, *, most: int = 100) -> None:
-        """Let an FB_RemoteCommand give a command, and scan until its code is out."""
+        """Let an FB_RemoteCommand send a command, and scan until its code is on the wire."""
         self[f"{block}.Code"] = code
         self.scan_until(lambda: self.words[0] == code, most=most, execute=block)
 
@@ -169,13 +169,13 @@ class PlcBench:
 
     @property
     def words(self) -> list[int]:
-        """Return SIW(0) to SIW(15) as written: code and data."""
+        """Return SIW(0) to SIW(15) from the output image: code and data."""
         area = self.image[self.n : self.n + 32]
         return [int.from_bytes(area[2 * k : 2 * k + 2], "little") for k in range(16)]
 
     @property
     def inputs(self) -> list[str]:
-        """Return the dedicated inputs that are ON as written, such as `["SI00", "SI06"]`."""
+        """Return the dedicated inputs that are ON in the output image, as in `["SI00", "SI06"]`."""
         return [
             f"SI{byte}{bit}"
             for byte in (0, 1)

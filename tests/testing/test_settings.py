@@ -1,4 +1,4 @@
-"""The settings of `cell` in a user's test: by marker, command line and ini file."""
+"""The settings of `cell` in a user's test come from marker, command line and ini file."""
 
 from __future__ import annotations
 

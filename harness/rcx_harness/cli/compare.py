@@ -43,7 +43,7 @@ def compare(
     ] = None,
     fit: Annotated[
         Path | None,
-        typer.Option(help="Find the robot file with which both agree, and write it to this file."),
+        typer.Option(help="Find the settings with which both agree, and write this robot file."),
     ] = None,
     events: Annotated[
         Path | None,
@@ -141,7 +141,7 @@ def _happenings(path: Path) -> list[Happening]:
     for entry in Stimulus.load(path).entries:
         if entry.values or entry.hold or entry.release or entry.area is not None:
             hint = "use time and robot = ... only: the recording contains the PLC"
-            raise InputError("sets more than events", file=path, line=entry.line, hint=hint)
+            raise InputError("has more than robot events", file=path, line=entry.line, hint=hint)
         for event, args in entry.events:
             if event not in EVENTS:
                 hint = "leave it out: the recording contains the loss of the link"

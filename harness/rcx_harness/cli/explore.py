@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from structured_text.explore.search import Result
     from structured_text.farm import Farm
 
-#: Called with the number of expanded states and of known states.
+#: Type of a function that is called with the number of expanded states and of known states.
 Report = Callable[[int, int], None]
 
 #: Time between two lines of progress if the output is not a terminal [s].
@@ -113,7 +113,8 @@ def explore(given: Options) -> None:
     """
     from structured_text.output.replays import check
 
-    for name in ("broken.toml", "broken.svg"):  # check now: they are written after hours of work
+    # checked now, because these files are written after hours of work
+    for name in ("broken.toml", "broken.svg"):
         check(given.out / name)
     console = Console(stderr=True)
     farm = given.farm(console)
@@ -171,8 +172,8 @@ def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
 
     def finish() -> bool:
         _print_left_out(found.inputs, found.scan_us)
-        print(f"  begin: the scan at {format_us(found.first_us)}, behind the good run")
-        print("  controller: that of the robot file, with its programs, at its own times")
+        print(f"  begin: the scan at {format_us(found.first_us)}, after the good run")
+        print("  controller: as in the robot file, with its programs and its times")
         print("  faults: at most one before a scan, and then no input changes")
         _print_faults(FAULTS, settings.faults)
         _print_result(found.result, found.first_us, found.scan_us)
@@ -289,7 +290,7 @@ def _faults(given: Options, known: Collection[str]) -> list[str]:
 
 
 def _inputs(given: Options, demands: Demands) -> dict[str, list[str]]:
-    """Return the values of all inputs; those of an option go before those of the operator."""
+    """Return the values of all inputs; values from an option replace those of the operator."""
     inputs: dict[str, list[str]] = {}
     for text in given.inputs or []:
         path, has_values, values = text.partition("=")
@@ -318,7 +319,7 @@ def _print(found: Explored, settings: Settings) -> None:
     for path in found.left:
         print(f"  {path} stays as it begins (--input {path} changes it)")
     if settings.robot:
-        print("  controller: answers as the manual says, one thing before a scan, after any time")
+        print("  controller: answers as in the manual, one answer before a scan, after any time")
         print("  data: responses are 0; nothing moves, no positions, no program of the robot's own")
         _print_faults(FAULTS, settings.faults)
     _print_result(found.result, 0, settings.scan_us)
@@ -326,7 +327,7 @@ def _print(found: Explored, settings: Settings) -> None:
 
 def _print_left_out(inputs: Mapping[str, Sequence[str]], scan_us: int) -> None:
     print("what is explored, and what is left out:")
-    print(f"  time: each scan {format_us(scan_us)} after the last, none earlier or later")
+    print(f"  time: each scan exactly {format_us(scan_us)} after the last")
     for path, values in inputs.items():
         print(f"  input {path}: {', '.join(values)}; at most one input changes before a scan")
 

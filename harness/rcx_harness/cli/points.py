@@ -41,7 +41,7 @@ dedicated inputs stay OFF, SI(00) among them: the controller is in emergency sto
 
 
 class Action(str, Enum):
-    """The direction: from the controller to the file, or back."""
+    """The action: backup, restore or compare."""
 
     backup = "backup"
     restore = "restore"
@@ -92,9 +92,7 @@ def points(
     ] = None,
     timeout: Annotated[
         str,
-        typer.Option(
-            help="Longest wait for each answer of the controller: a command is held until its end."
-        ),
+        typer.Option(help="Longest wait for each answer of the controller."),
     ] = f"{TIMEOUT_US // 1_000_000}s",
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
@@ -236,7 +234,7 @@ def _range(text: str) -> range:
     found = re.fullmatch(r"(\d{1,5})(?:-(\d{1,5}))?", text)
     first, last = (int(found[1]), int(found[2] or found[1])) if found else (1, 0)
     if not first <= last < COUNTS["points"]:
-        hint = f"write 0-99 or 5; the last one is {COUNTS['points'] - 1}"
+        hint = f"write 0-99 or 5; the last number is {COUNTS['points'] - 1}"
         raise InputError(f"--numbers {text!r:.40} is not a range of points", hint=hint)
     return range(first, last + 1)
 
@@ -252,7 +250,7 @@ def _keys(kinds: Sequence[str], numbers: range, robots: Sequence[int]) -> list[K
 
 
 def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
-    """Return the stored data of the wanted kinds only."""
+    """Return only the stored data of the requested kinds."""
     asked = [key for key in stored.asked if not kinds or key[0] in kinds]
     if not asked:
         raise InputError(
@@ -282,7 +280,7 @@ def _save(
         print(f"rcx: {left}: {why}", file=sys.stderr)
     if others:
         robots = ", ".join(str(robot) for robot in sorted({key[1] for key in others}))
-        text = f"left out: hands of robot {robots}: a .ALL file has those of robot 1"
+        text = f"left out: hands of robot {robots}: a .ALL file has only those of robot 1"
         print(f"rcx: {text}", file=sys.stderr)
     if left or others:
         raise typer.Exit(1)

@@ -94,7 +94,7 @@ def probe(
     rpi_us = interval_us("--rpi", rpi)
     _check_date(date)
     files = [out.with_name(out.name + ending) for ending in _ENDINGS]
-    another = "name another one with --out"
+    another = "name another file with --out"
     if os.path.lexists(files[2]):
         raise InputError("already exists", file=files[2], hint=another)
     interactive = not yes_reading

@@ -17,10 +17,10 @@ _PATIENCE_S = 2.0
 
 @contextmanager
 def progress_bar(what: str, shown: bool) -> Iterator[Callable[[float], None]]:
-    """Progress on stderr: a bar on a terminal that shows nothing else, else a line at times.
+    """Progress on stderr: a bar if the terminal shows nothing else, otherwise occasional lines.
 
-    `what` names the work, such as `reading`. `shown` is False if the command itself prints lines
-    that show that it continues.
+    `what` names the work, such as `reading`. `shown` is False if the command prints its own lines
+    of progress.
     """
     if shown and sys.stderr.isatty():
         with Progress(console=Console(stderr=True), transient=True) as drawn:

@@ -59,7 +59,7 @@ def prove(
     ] = False,
     robot: Annotated[
         list[Path] | None,
-        typer.Option(help="Not allowed: a proof holds for every answer of the robot."),
+        typer.Option(help="Not allowed, because a proof holds for every answer of the robot."),
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
@@ -71,8 +71,7 @@ def prove(
     """
     if robot:
         raise InputError(
-            "a proof takes no robot file: it holds for every answer of the robot, whatever its "
-            "program does",
+            "a proof takes no robot file, because it holds for every answer of the robot",
             hint="leave --robot out, or use rcx explore --robot",
         )
     limit_us, scan_us = duration_us("--limit", limit), duration_us("--scan", scan)
@@ -119,7 +118,7 @@ def prove(
 
 
 def _print(results: list[Result], inputs: list[str]) -> None:
-    print(f"inputs, each of any value in each scan: {', '.join(inputs) or 'none'}")
+    print(f"inputs, with any value in each scan: {', '.join(inputs) or 'none'}")
     table = Table("status", "s", "where", "what", box=None, pad_edge=False)
     colours = {"proved": "green", "refuted": "red", "unknown": "yellow", "noted": "cyan"}
     for one in results:

@@ -1,8 +1,8 @@
 """The robot programs and their tasks: states, progress, and the sources of SO(13) and SO(14).
 
-Every program has one place in the list of programs, which is its number, and one `RobotTask`. The
-task is in the table of tasks once the program is registered there: by a remote command, by START,
-or as the main program, which is in task 1 from power-on.
+The number of a program is its place in the list of programs. Each program has a `RobotTask`, which
+is in the table of tasks only while the program is registered. A remote command or START registers a
+program; the main program is in task 1 from power-on.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ __all__ = [
 
 #: Numbers of the tasks.
 TASKS = range(1, 17)
-#: Modes of a start: run without limit, one line, or one line with its subroutine.
+#: Modes of a start: all lines, one line, or one line including the subroutines that it calls.
 RUN, STEP, NEXT_LINE = "run", "step", "next"
 
 #: Priority of the main program and of programs that others start.
 MAIN_PRIORITY = 32
-_ROBOT_TASK = 2  # kind of the place of an alarm
+_ROBOT_TASK = 2  # the kind "task" of the Place of an alarm
 
-#: Executes a statement that is a remote command; see commands/base.py.
+#: Type of the function that executes a statement as a remote command; see commands/base.py.
 Perform = Callable[[Any, Request], Any]
 
 
@@ -68,7 +68,7 @@ class ProgramError(NamedTuple):
 
 
 class Surroundings(Protocol):
-    """The controller as far as its programs need it; see Machine."""
+    """The parts of the controller that its programs use; see Machine."""
 
     config: RobotConfig
     now_us: int
@@ -88,17 +88,18 @@ class Surroundings(Protocol):
 
 
 class RobotTask:
-    """One program as a task. `elapsed_us` is its progress without the time of its stops.
+    """One program as a task. `elapsed_us` is the time for which it has run, without its stops.
 
     `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
 
     Attributes:
-        number: In the table of tasks; 0 while the program is not registered.
+        number: Its number in the table of tasks; 0 while the program is not registered.
         priority: 1 (first in each cycle) to 64.
-        temporary: A program has registered it; it leaves the table at its end or reset.
+        temporary: START has registered it, so it leaves the table at its end or reset.
         variables: Its variables by name; elements of arrays as `A%(3)`.
         begun: Position of the instruction that has begun and not ended; -1: none.
-        full_cycles: Cycles in which it has used all its statements, as a loop without a wait does.
+        full_cycles: Number of cycles in which it has used up its statements, such as by an endless
+            loop.
         full_line: Its line at the end of the last of these cycles.
     """
 
@@ -122,7 +123,7 @@ class RobotTask:
         self.until_us: int | None = None
         """The end of the wait under way, counted as `elapsed_us`; None without an end."""
         self.waits = False
-        """It waits for an input of the master only."""
+        """Whether only an input from the master can end its wait."""
         self.frames: list[Frame] = []
         self.handler = -1
         self.error: tuple[str, int] | None = None
@@ -151,7 +152,7 @@ class RobotTask:
     def stack(self) -> list[tuple[str, int]]:
         """Return the subroutines that have not returned and the current line of each.
 
-        The innermost is first; the last is the program. Labels have their asterisk.
+        The innermost subroutine is first, the program is last. Labels have their asterisk.
         """
         names = [self.program.name, *(self._called(frame) for frame in self.frames)]
         lines = [*(self.code.line(frame.back - 1) for frame in self.frames), self.line]
@@ -178,7 +179,7 @@ class RobotTask:
         variables[key] = value
 
     def _place(self, name: str, depth: int) -> tuple[dict[str, Value], str]:
-        """Return the variables in which a name is found from a depth of calls, and its key."""
+        """Return the variables that contain a name at a depth of calls, and its key in them."""
         base = name.partition("(")[0].removeprefix("DIM@")
         while depth >= 0:
             frame = self.frames[depth]
@@ -198,7 +199,7 @@ class RobotTask:
         return self.elapsed_us + now_us - self.since_us
 
     def go(self, now_us: int, mode: str = RUN) -> None:
-        """Start, or continue after a stop, as far as the mode says."""
+        """Start the task, or continue it after a stop, in the given mode."""
         self.state = "running"
         self.since_us = now_us
         self.mode = mode
@@ -206,7 +207,7 @@ class RobotTask:
         self.interrupted = True
 
     def pause(self, now_us: int, state: str = "stopped") -> None:
-        """Stop, or wait in another `state`; the time until the task continues does not count."""
+        """Stop the task, or suspend it; the time until it continues does not count."""
         if self.state == "running":
             self.state = state
             self.elapsed_us += now_us - self.since_us
@@ -233,7 +234,7 @@ class RobotTask:
         self.come_round()
 
     def come_round(self) -> None:
-        """Go back to the first line, or end, if the task is behind its last line."""
+        """If the task is behind its last line, go back to the first line or end."""
         if self.at < len(self.code.code):
             return
         self.rewind()
@@ -244,7 +245,7 @@ class RobotTask:
         """Return whether the task was started for one line only and has finished it.
 
         Args:
-            at: Position of the instruction that it has executed.
+            at: Position of the instruction that the task has just executed.
         """
         if self.mode == RUN or (at < self.at < len(self.code.code)
                                 and self.line == self.code.line(at)):  # fmt: skip
@@ -280,10 +281,10 @@ class Programs:
 
     Attributes:
         tasks: One for each program of the configuration, in the order of their numbers.
-        is_reset: The program has been reset and not started since: SO(14).
+        is_reset: Whether the program has been reset and not started since then: SO(14).
         variables: The variables of the programs that are steps of the robot file, by name.
         errors: The errors that have stopped a program since power-on.
-        observers: Informed of each instruction.
+        observers: The objects that are called at each instruction.
         ways: The paths that PATH statements have defined, by robot.
     """
 
@@ -381,7 +382,7 @@ class Programs:
 
         Args:
             modes: RUN, STEP or NEXT_LINE by place in `tasks`; None: run all tasks that can run.
-            beside: Earlier orders remain valid.
+            beside: Whether earlier orders stay valid, too.
         """
         before = self._to_start if beside else {}
         self._to_start = None if before is None or modes is None else {**before, **modes}
@@ -548,7 +549,7 @@ class Programs:
         return [k for k in registered if self.tasks[k].state == "ended"]
 
     def _work(self, task: RobotTask, now_us: int) -> None:
-        """Execute a task in this cycle, until it has to wait or has used its statements."""
+        """Execute a task in this cycle, until it has to wait or has used up its statements."""
         code = task.code.code
         for _ in range(self.config.program_statements):
             at = task.at
@@ -574,7 +575,8 @@ class Programs:
             for observer in self.observers:
                 observer.ends(task, at, to)
             task.at = at + 1 if to == NEXT else to
-            if task.state != "running":  # by its own SUSPEND or HOLD: it continues after that line
+            # by its own SUSPEND or HOLD; it then continues behind that line
+            if task.state != "running":
                 return
             if task.has_done(at):
                 task.pause(now_us)
@@ -604,7 +606,7 @@ class Programs:
         """Return the task that an order names.
 
         Raises:
-            CommandError: there is none.
+        CommandError: there is no such task.
         """
         if isinstance(wanted.program, int):
             return self.tasks[wanted.program - 1]

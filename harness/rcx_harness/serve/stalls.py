@@ -1,4 +1,4 @@
-"""Warnings about processes of the served controllers that stand still."""
+"""Warnings about processes of the served controllers that give no sign of life."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ __all__ = ["Stalls"]
 
 
 class Stalls:
-    """Reports controller processes that stop responding, and that respond again."""
+    """The reports about controller processes that stop responding or respond again."""
 
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
         self._watchdogs = [Watchdog() for _ in hosts]
-        self._heard = [(0, 0) for _ in hosts]  # number of reports, and time of the last
+        # by controller: number of its reports, and time of the last report
+        self._heard = [(0, 0) for _ in hosts]
         self._stalled: list[tuple[str, ...]] = [() for _ in hosts]
 
     def new(self, now_us: int) -> list[str]:

@@ -52,7 +52,7 @@ _WORDS, _EXTENDED = range(16), range(24, 128)
 
 
 def view(number: int, host: Host) -> dict[str, Any]:
-    """Return the complete display of a controller, in words, ready for JSON."""
+    """Return the complete display of a controller in words, as values for JSON."""
     status = host.status
     si, so = bytes.fromhex(status.si) or bytes(host.size), bytes.fromhex(status.so)
     so = so or bytes(host.size)

@@ -131,12 +131,12 @@ def _on_matiec(project: Project, engine: str, matiec: Matiec, compiler: str) -> 
 
 def _elsewhere(rules: Dialect, engine: str) -> str:
     """Return a notice if an engine without dialects runs a program of another tool."""
-    return "" if rules.is_standard else f"{engine} does not compute in the dialect {rules.name}"
+    return "" if rules.is_matiec else f"{engine} does not compute in the dialect {rules.name}"
 
 
 def _only_here(project: Project, rules: Dialect) -> str:
     """Return the reason why matiec would compute something else than the program's tool."""
-    if not rules.is_standard:
+    if not rules.is_matiec:
         return f"matiec does not compute in the dialect {rules.name}"
     if project.free:
         first = project.free[0]

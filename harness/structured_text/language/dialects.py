@@ -18,10 +18,23 @@ from typing import Any
 from structured_text.errors import InputError, near
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["IEC", "Dialect", "Row", "chosen", "dialect_of", "dialects", "rows", "rules_of", "using"]
+__all__ = [
+    "IEC",
+    "MATIEC",
+    "Dialect",
+    "Row",
+    "chosen",
+    "dialect_of",
+    "dialects",
+    "rows",
+    "rules_of",
+    "using",
+]
 
 #: Name of the dialect of plain Structured Text.
 IEC = "iec"
+#: Name of the dialect of the tools that compile with matiec.
+MATIEC = "openplc"
 #: The table of all differences.
 TABLE = Path(__file__).with_name("dialects.toml")
 #: The environment variable for the dialect of sources that say none.
@@ -90,8 +103,19 @@ class Dialect:
     @property
     def is_standard(self) -> bool:
         """Return whether it computes as the dialect of plain Structured Text does."""
-        mine, standard = vars(self), vars(rules_of(IEC))
-        return all(mine[one] == standard[one] for one in mine if one not in ("name", "title"))
+        return self._is_like(IEC, "name", "title")
+
+    @property
+    def is_matiec(self) -> bool:
+        """Return whether matiec computes as this dialect, except for the faults that are known.
+
+        One of these is how it counts (`engines/matiec/faults.toml`).
+        """
+        return self._is_like(MATIEC, "name", "title", "counters")
+
+    def _is_like(self, other: str, *without: str) -> bool:
+        mine, theirs = vars(self), vars(rules_of(other))
+        return all(mine[field] == theirs[field] for field in mine if field not in without)
 
 
 @lru_cache(maxsize=1)

@@ -1,4 +1,4 @@
-"""The faceplate in a real browser: a key pressed there is pressed in the program."""
+"""The faceplate in a real browser: a key pressed on the page is pressed in the program."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _BENCH = ROOT / "tests/data/library/Operator.st"
 
 
 class _Panel:
-    """A program that is scanned as long as the test waits, and its page."""
+    """A program that is scanned while the test waits, and its page."""
 
     def __init__(self, browser: WebDriver) -> None:
         self.browser, self.now = browser, 100.0
@@ -48,7 +48,7 @@ class _Panel:
         self._scans += 1
 
     def until(self, condition: Callable[[], object], what: str) -> None:
-        """Scan until it is so."""
+        """Scan until the condition holds."""
 
         def now(_: WebDriver) -> object:
             self.scan()
@@ -68,7 +68,7 @@ class _Panel:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[WebDriver]:
-    """Return one browser for all tests."""
+    """Return a browser that all tests share."""
     with chromium(1280, 900) as driver:
         yield driver
 
@@ -133,7 +133,7 @@ def test_selections_are_chosen_and_the_message_is_shown_in_its_language(panel: _
 
 
 def _type_point(panel: _Panel, text: str) -> None:
-    """Type another text into the field of the point to teach; the field keeps the focus."""
+    """Type another text into the field of the point to teach, which keeps the focus."""
     field = panel.browser.find_element(By.CSS_SELECTOR, "[data-number=Point]")
     field.click()
     field.send_keys(Keys.CONTROL, "a")
@@ -141,7 +141,7 @@ def _type_point(panel: _Panel, text: str) -> None:
 
 
 def _sent(panel: _Panel) -> list[object]:
-    """Return a list of what the page sends from now on: choices, and keys that go down."""
+    """Return a list of what the page sends from now on: choices, and keys that are pressed."""
     sent: list[object] = []
     plate = panel.plate
     choose, press = plate.choose, plate.press
@@ -176,7 +176,9 @@ def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(pan
 
 @pytest.mark.exhaustive
 def test_a_field_without_a_number_sends_nothing_and_shows_the_old_one(panel: _Panel) -> None:
-    """Teach, pressed next, is not sent either: an empty field means that another point is wanted.
+    """A press of Teach is not sent either.
+
+    An empty field means that another point is wanted.
 
     Source: RCX_PANEL, Point is where Teach stores.
     """

@@ -1,4 +1,4 @@
-"""Work in processes of this computer: everything is done, once, and comes in order."""
+"""Processes of this computer do each item once, and results come in the order of the items."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_results_come_in_the_order_of_the_items(workers: int) -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("workers", [0, 2])
 def test_results_may_give_further_items(workers: int) -> None:
-    """Each number up to 7 gives its double and the next one: by hand, a tree of 1 to 15."""
+    """Each number n up to 7 adds the items 2 n and 2 n + 1. By hand: a tree of 1 to 15."""
     waiting, under_way = deque([1]), 0
 
     def items() -> Iterator[int | NotYet]:
@@ -140,7 +140,7 @@ def test_items_are_taken_as_there_is_room() -> None:
 
 
 class _Releasing(ResultFile[int, int]):
-    """A task that lets item 0 continue when this many others have ended."""
+    """A result file that lets item 0 continue when `others` other items have ended."""
 
     def __init__(self, file: Path, fifo: Path, others: int) -> None:
         super().__init__(file, {})
@@ -157,7 +157,7 @@ class _Releasing(ResultFile[int, int]):
 
 @pytest.mark.exhaustive
 def test_while_an_item_takes_long_the_others_do_not_run_far_ahead(tmp_path: Path) -> None:
-    """One of the other items may wait for the same worker."""
+    """One of the other items may wait for the worker of the long item."""
     os.mkfifo(tmp_path / "fifo")
     kept = _Releasing(tmp_path / "kept", tmp_path / "fifo", 2 * AHEAD - 2)
     taken_before_the_first_ended = []
@@ -201,7 +201,9 @@ list(Farm(1).run(waits_with_a_folder, [sys.argv[1]]))
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -> None:
-    """It ends in the middle of an item; the pipe of both ends when both have ended.
+    """The worker ends in the middle of an item.
+
+    Its pipe closes when worker and parent have ended.
 
     Source: a defect report.
     """

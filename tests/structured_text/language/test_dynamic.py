@@ -1,4 +1,4 @@
-"""ANY, interface queries, __NEW and __DELETE; every value is worked out by hand."""
+"""ANY, interface queries, __NEW and __DELETE work; every value was calculated by hand."""
 
 from __future__ import annotations
 
@@ -246,7 +246,7 @@ def test_the_plain_interface_of_the_tool_is_a_type(build: Build) -> None:
 
 
 def test_a_snapshot_has_the_variables_that_new_has_made(build: Build) -> None:
-    """By hand: the list is 3, 2, 1; the block's own data were made at its start."""
+    """By hand: the list is 3, 2, 1, and __NEW has initialised the block's data."""
     body = """IF J = 0 THEN D := __NEW(FBD); D^(A := 1);
       FOR I := 1 TO 3 DO H := __NEW(Node); H^.Value := I; H^.Next := O; O := H; END_FOR;
       P := __NEW(INT, 3); P[1] := 6; P := ADR(P[1]); Q := D;

@@ -1,4 +1,4 @@
-"""The sources of the site, its lock file, and what its check finds."""
+"""The site has its sources and its lock file, and its check detects faults."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ _MS = 1000
 
 
 class Statement(Protocol):
-    """A remote command that a statement executes and that takes time."""
+    """A remote command under way, which a statement executes."""
 
     def step(self, machine: Any) -> Mapping[str, Any] | None:
         """Continue in this cycle; return a response once it has ended, else None."""
@@ -101,7 +101,7 @@ class Running(Scope, Protocol):
         """Return the program."""
 
     def passed_us(self, now_us: int) -> int:
-        """Return the progress of the program without the time of its stops [us]."""
+        """Return the time for which the program has run, without its stops [us]."""
 
 
 class World(Surroundings, Protocol):
@@ -132,7 +132,7 @@ class World(Surroundings, Protocol):
         """Continue a remote command; return whether it has ended."""
 
     def order(self, task: Any, wanted: Order) -> None:
-        """Act on a task."""
+        """Execute an order to a task."""
 
     def end(self, task: Any, *, everything: bool) -> None:
         """End the program of a task, or all programs."""
@@ -212,7 +212,7 @@ def _return(one: Instruction, task: Running, world: World) -> int:
         frame = task.frames[-1]
         task.frames = task.frames[:-1]
         return frame.back
-    if task.code.shared:  # the steps of a robot file end with it
+    if task.code.shared:  # in the steps of a robot file, such a RETURN ends the program
         return len(task.code.code)
     raise CommandError(world.config.program_stack_alarm)
 
@@ -381,7 +381,7 @@ def _delay(one: Instruction, task: Running, world: World) -> int:
 
 
 def _duration(one: Instruction, task: Running, world: World) -> int:
-    """Wait until the program has run for a time, counted from its start."""
+    """Wait until the program has run for its duration."""
     task.until_us = one.args[0]
     return _until(task, task.passed_us(world.now_us))
 
@@ -495,7 +495,7 @@ def _path(one: Instruction, task: Running, world: World) -> int:
 
 
 def _may_begin(robot: int, world: World) -> bool:
-    """Return whether the movement before has ended, or lets this one begin in its OUT range.
+    """Return whether the movement before has ended, or has CONT and is in its OUT position range.
 
     A movement of a remote command does not delay a program: the program gets an alarm.
     """
@@ -509,7 +509,7 @@ def _may_begin(robot: int, world: World) -> bool:
 
 
 def _drop_interrupted(task: Running) -> None:
-    """Let a movement that a stop has ended begin again, once the program continues."""
+    """Begin a movement that a stop has ended again when the program continues."""
     if not task.interrupted:
         return
     task.interrupted = False
@@ -543,7 +543,7 @@ def _is_out(movement: Movement, world: World) -> bool:
 def _switch_on_the_way(
     options: Sequence[Node], movement: Movement, task: Running, world: World, robot: int
 ) -> None:
-    """Write the outputs of `DO(20)=1@30.0` once the tool is that far from its start [mm]."""
+    """Write the outputs of `DO(20)=1@30.0` once the tool is 30.0 mm from its start."""
     pending = [
         (k, option)
         for k, option in enumerate(options)

@@ -32,12 +32,12 @@ from structured_text.output.reading import file_bytes, open_file
 
 __all__ = ["FORMAT", "CellTape", "is_recording", "opened", "write_recording"]
 
-#: First entry of the first line.
+#: First entry of the first line of a recording.
 FORMAT = "rcx-recording/1"
 
 
 def _digest(lines: Sequence[str]) -> str:
-    """Return a digest of the lines after the first, which reveals a missing or changed line."""
+    """Return a digest of the lines after the first line; it reveals missing and changed lines."""
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
@@ -151,7 +151,7 @@ def opened(file: Path) -> tuple[CellTape, str, str]:
 
 
 def _folder(head: Mapping[str, Any]) -> Path:
-    """Return the current folder if the sources are there, otherwise that of the recorded test."""
+    """Return the current folder if it has the sources, otherwise that of the recorded test."""
     here = Path.cwd()
     return here if all((here / one).exists() for one in head["program"]) else Path(head["folder"])
 

@@ -1,4 +1,4 @@
-"""Writes the shortest path to a broken rule as a stimulus file and runs it in a cell."""
+"""The shortest path to a broken rule, written as a stimulus file and run in a cell."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def replay(
         if settings.robot:
             given |= {"robot": RobotConfig(size=settings.size), "m": settings.m, "n": settings.n}
             return Cell.build(list(files), lib=lib, **given)
-        paths = [one.path for one in broken.path if one.path]  # nothing else changes from outside
+        paths = [one.path for one in broken.path if one.path]  # no other events come from outside
         return Bench.build(source_files(list(files), lib), watch=paths, **given)
 
     with replayed(

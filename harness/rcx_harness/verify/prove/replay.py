@@ -1,4 +1,4 @@
-"""Writes a counterexample as a stimulus file and runs it on the built-in engine."""
+"""A counterexample, written as a stimulus file and run on the built-in engine."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def replay(
 
 
 def _compared(cell: Bench, around: Surroundings) -> dict[str, Place]:
-    """Return all scalars of the program with their places in a machine."""
+    """Return all scalars of the program with their positions in the memory of a machine."""
     return {
         name: path_of(around.project, name)[0]
         for name, kind in cell.program.walk()

@@ -1,4 +1,4 @@
-"""Proves properties of a program in a cell, and replays counterexamples to the others."""
+"""Proofs of the properties of a program in a cell, and replays of counterexamples."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from structured_text.prove.user import Replayed, Result
 
 __all__ = ["LIBRARY", "CellBench", "Settings", "prove"]
 
-#: Knowledge of the proofs about the library that the programs call.
+#: Assumptions of the proofs about the library that the programs call.
 LIBRARY = Library(
     areas=AREAS,
     reference="RCX_REF",
@@ -31,7 +31,7 @@ LIBRARY = Library(
     calls="A call of the library's blocks may do anything to its instance, its Robot and its "
     "Image.",
 )
-#: The same for a program without a robot, of which the library requires nothing.
+#: Assumptions for a program without a robot, which needs nothing of the library.
 _ALONE = replace(LIBRARY, areas={}, reference="")
 
 
@@ -40,7 +40,7 @@ class Settings(user.Settings):
     """The settings of a proof.
 
     Attributes:
-        lib: The folder of the library. None: the library of this package.
+        lib: The folder of the library; None: the library of this package.
         robot: Whether there is a controller. Without a controller the program has no areas.
         replace: Files with Structured Text that replace POUs of a project, by name.
     """
@@ -71,7 +71,7 @@ class CellBench:
         return CellSurroundings(project)
 
     def blame(self, error: InputError) -> InputError:
-        """Return the error, with a hint if the library of `--lib` lacks something."""
+        """Return the error, with a hint if the library of `--lib` is incomplete."""
         return blame_lib(error, self.lib)
 
     def replay(
@@ -108,10 +108,10 @@ class CellBench:
 
 @dataclass(frozen=True)
 class AloneBench(CellBench):
-    """The bench of a program without a robot, for which the library has no requirements."""
+    """The bench of a program without a robot."""
 
     library: Library = _ALONE
 
     def surroundings(self, project: Project) -> Surroundings:
-        """Return surroundings of which only the inputs change."""
+        """Return surroundings in which only the inputs of the program change."""
         return Surroundings(project)

@@ -33,8 +33,8 @@ class CellsOf:
 
     Attributes:
         parcel: All files that are read.
-        parts: The number of files of each group, in this order: program, library,
-            replacements, robots, demands, stimulus, files that the robot files name.
+        parts: The number of files of each group, in the order program, library, replacements,
+            robots, demands, stimulus, files that the robot files name.
         options: Arguments of `Cell.build`, without files.
         replaced: The names of the POUs that files replace.
         depth: The number of path components of the library's first file below its folder.
@@ -134,8 +134,8 @@ class Cells:
     """A compiled program with the common settings of its cells.
 
     A cell consists of thousands of objects that refer to each other. The garbage collector would
-    delay freeing several cells, so `cell` calls it each time. While this object exists, the
-    collector skips all older objects (`gc.freeze`).
+    free several cells together and late, so `cell` calls it each time. While this object exists,
+    the collector skips all older objects (`gc.freeze`).
 
     Args:
         options: Arguments of `Cell.build` without the seed.
@@ -148,7 +148,7 @@ class Cells:
         weakref.finalize(self, gc.unfreeze)
 
     def cell(self, seed: int, **changes: Any) -> Cell:
-        """Return a new cell, which reuses the memory of the cell before and ends it."""
+        """Return a new cell; it reuses the memory of the cell before, which is no longer usable."""
         gc.collect()
         return Cell.build(self._compiled, **{**self._options, **changes}, seed=seed)
 

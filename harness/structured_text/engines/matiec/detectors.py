@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from structured_text.engines.matiec.counter_blocks import other_counts
 from structured_text.engines.matiec.counters import stale_reads
 from structured_text.engines.matiec.durations import wrong_comparisons
 from structured_text.engines.matiec.hits import Hit, Sources, expressions
@@ -272,4 +273,5 @@ DETECTORS: dict[str, _Detector] = {
     "three_blocks": _three_blocks,
     "type_alias": _type_alias,
     "text_line_feed": _text_line_feed,
+    "counters": other_counts,
 }

@@ -17,6 +17,7 @@ from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.detectors import DETECTORS
 from structured_text.engines.matiec.hits import Sources
 from structured_text.errors import COMMAND, InputError
+from structured_text.language.dialects import rules_of
 from structured_text.language.library import names_of
 from structured_text.language.project import Project
 from structured_text.language.syntax import Position
@@ -125,7 +126,8 @@ def places(project: Project, new: bool | None = None) -> list[Place]:
     ]
     files = {str(file): file for file in project.files if names_of(file).tested != "matiec"}
     pous = [pou for pou in project.pous.values() if pou.file in files]
-    sources = Sources(tuple(files.values()), pous, project.types, project.blocks)
+    counters = rules_of(project.dialect).counters
+    sources = Sources(tuple(files.values()), pous, project.types, project.blocks, counters)
     found = {
         Place(fault, files[hit.file], hit.at, hit.detail)
         for fault in wanted

@@ -1,4 +1,4 @@
-"""Long and deep programs: they run as written, or are refused with a line and what to do."""
+"""Long and deeply nested programs run as written, or are refused with the line and a remedy."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_a_long_condition_has_the_value_of_its_parts(
 
 @pytest.mark.exhaustive
 def test_a_long_condition_is_left_where_its_value_is_known(run: Run) -> None:
-    """The rest after a FALSE before AND is not evaluated, as in a short condition."""
+    """After a FALSE, the other operands of AND are not evaluated, as in a short condition."""
     guarded = " AND ".join(["I <= 2", *["A[I] = 0"] * 500])
     variables = "A : ARRAY [1..2] OF INT; I : INT := 3; Y : BOOL := TRUE;"
     assert run(variables, f"Y := {guarded};", "Y") is False

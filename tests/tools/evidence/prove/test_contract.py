@@ -1,4 +1,4 @@
-"""The contract of the blocks' pins, proved."""
+"""The contract of the blocks' pins is proved."""
 
 from __future__ import annotations
 

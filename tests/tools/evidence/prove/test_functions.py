@@ -1,4 +1,4 @@
-"""Proofs of functions whose loops are replaced by their sums."""
+"""Functions are proved with their loops replaced by sums."""
 
 from __future__ import annotations
 

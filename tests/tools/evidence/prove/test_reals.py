@@ -1,4 +1,4 @@
-"""Assumptions of the proofs about a sine, and about the sign of a root's argument."""
+"""The proofs' assumptions about a sine, and about the sign of a root's argument, hold."""
 
 from __future__ import annotations
 
