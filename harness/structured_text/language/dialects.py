@@ -109,9 +109,9 @@ class Dialect:
 
     @property
     def is_matiec(self) -> bool:
-        """Return whether matiec computes as this dialect, except for the faults that are known.
+        """Return whether matiec follows this dialect, apart from its known faults.
 
-        One of these is how it counts (`engines/matiec/faults.toml`).
+        The rule for counters is one of these faults (`engines/matiec/faults.toml`).
         """
         return self._is_like(MATIEC, "name", "title", "counters")
 

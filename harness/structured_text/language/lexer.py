@@ -487,7 +487,7 @@ class _Lexer:
     def _unknown(self, kind: str, value: str, offset: int) -> None:
         """Report characters that do not begin any token."""
         if kind == "pragma":
-            self._refuse("this } has no {", offset, "remove it")
+            self._refuse("this } has no opening {", offset, "remove it")
         elif value in ("'", '"'):
             hint = f"end it with {value} on the same line"
             self._refuse("this string is never closed", offset, hint)

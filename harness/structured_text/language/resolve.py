@@ -474,8 +474,8 @@ class Types:
     def _called(self, node: s.Call) -> Constant | None:
         """Return the value of a call that is constant.
 
-        That is SIZEOF of a type or variable, a bound of an array, or the conversion of a constant
-        to an integer type.
+        Such a call is SIZEOF of a type or variable, a bound of an array, or the conversion of a
+        constant to an integer type.
         """
         key = node.function.key
         if key in ("LOWER_BOUND", "UPPER_BOUND") and len(node.arguments) == 2:

@@ -37,7 +37,7 @@ __all__ = ["BuiltinProgram"]
 _FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError)
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
-#: Types whose values are held as `read` returns them.
+#: Types with equal values in memory and in the result of `read`.
 _AS_HELD = frozenset(
     {
         *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT"),
@@ -241,9 +241,10 @@ class BuiltinProgram(OfProject):
         return lambda: tuple([look() for look in looks])
 
     def _converter(self, kind: Type) -> Callable[[Any], Value] | None:
-        """Return the function that turns a held value into that of `read`; None if they are equal.
+        """Return the function that converts a stored value for `read`; None if both are equal.
 
-        It is made once for each type: monitors and tests read the same structures in each scan.
+        It is made once for each type, because monitors and tests read the same structures in each
+        scan.
         """
         if id(kind) not in self._converters:
             self._converters[id(kind)] = self._made_converter(kind)
@@ -446,7 +447,7 @@ class BuiltinProgram(OfProject):
         Raise InputError if the snapshot belongs to another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
-            raise InputError("this snapshot is of another program")
+            raise InputError("this snapshot belongs to another program")
         self._scans = snapshot.scans
         heap, names = self._globals.heap, self.module.names
         if heap or snapshot.made:
