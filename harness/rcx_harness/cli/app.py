@@ -36,7 +36,7 @@ PANELS = {
         ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
-            "Write the library for a PLC tool; `docs/how-to/export.md` has the state of each target."
+            "Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each."
         ),
     },
     "Robot": {
