@@ -1,4 +1,4 @@
-"""FB_RcxHandshake: data, code, end, reset, ready: each in the order of the guide's chapter 2."""
+"""FB_RcxHandshake sends data, code, end, reset and ready in the order of the guide's chapter 2."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_when_the_controller_is_gone_the_code_is_withdrawn_and_nothing_restarts(
 
 
 def test_after_a_recovery_the_code_stays_0_until_the_controller_has_seen_it() -> None:
-    """The code stays 0 for one interval (120 ms here), so that a packet carries the 0."""
+    """The code stays 0 for one interval (120 ms here), so that a packet carries this 0."""
     plc = _plc()
     plc.change("Connected", to=False)
     plc["Connected"] = True
@@ -169,7 +169,7 @@ def test_after_such_a_fall_the_code_stays_0_until_the_controller_has_seen_it() -
 
 
 def test_a_status_that_nobody_asked_for_is_reset_before_the_first_command() -> None:
-    """A PLC that restarts finds the end status of its last command.
+    """A PLC that restarts reads the end status of its last command.
 
     Source: guide chapter 1, 1.2, code 0x0000: the status must be ready.
     """
@@ -218,7 +218,7 @@ _STATUSES = (0x0000, 0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000, 0x0300, 0x8
 def test_an_output_without_end_whose_block_has_gone_is_ended(
     alone: Alone, serving: int, lowest: int
 ) -> None:
-    """This includes the last ticket before the numbers start again. Source: guide 4.7.4."""
+    """This includes the last ticket number before the numbers restart. Source: guide 4.7.4."""
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     alone["Robot.Inner.Code"], alone["Robot.Inner.Data[1]"] = 0x0505, 0x0001
     for now in (0, 50, 60):

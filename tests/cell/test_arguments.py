@@ -1,4 +1,4 @@
-"""An impossible argument of a cell is refused at once, with one sentence."""
+"""An illegal argument of a cell is refused at once with a single sentence."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _build(repository: Path, folder: Path, **options: Any) -> Cell:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
-    """Return the same cell for all tests; a refused call does not change it."""
+    """Return a cell that all tests share. A refused call does not change it."""
     with _build(Path(__file__).parents[2], tmp_path_factory.mktemp("lib")) as made:
         yield made
 

@@ -71,7 +71,7 @@ def test_a_plc_without_power_does_not_continue(cell: Cell) -> None:
     cell.inject("plc_power_off")
     with pytest.raises(InputError, match="does not continue"):
         cell.inject("plc_power_on", start="continue")
-    with pytest.raises(InputError, match="does not run: no scan comes"):
+    with pytest.raises(InputError, match="is not in RUN, so no scan can run"):
         cell.scan()
 
 

@@ -1,4 +1,4 @@
-"""`rcx points`: what it does to files and controllers, and its exit codes."""
+"""`rcx points` reads and writes files and controllers, and has exit codes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Robot = Callable[..., StationLine]
 
 @pytest.fixture
 def robot(monkeypatch: pytest.MonkeyPatch) -> Robot:
-    """Replace the network by a controller with these keys."""
+    """Replace the network by a controller with these keys of the robot file."""
 
     def made(config: RobotConfig | None = None) -> StationLine:
         line = StationLine(config or RobotConfig())
@@ -59,7 +59,7 @@ def test_a_backup_compares_equal(robot: Robot, tmp_path: Path, capsys: Captured)
 def test_a_backup_as_all_file_compares_equal(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Point 19 is in pulses, point 50 in mm; what a restore does not need is named."""
+    """Point 19 is in pulses, point 50 in mm. Data that a restore does not need are reported."""
     config = RobotConfig(
         comments={3: '"A" '},
         shifts={2: (1000, -2500, 0, 90_000)},
@@ -266,7 +266,7 @@ def test_a_stopped_command_says_what_remains(
 
 
 def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
-    """A missing connection is bad input, like an address without a device."""
+    """Like an address without a device, a connection that cannot be opened is bad input."""
     line = robot()
     line.happen("", "power_off")
     assert main(_backup(tmp_path / "a.toml")) == 2
@@ -338,7 +338,7 @@ def test_bad_input_is_one_line(
 
 @pytest.mark.exhaustive
 def test_a_backup_is_restored_over_the_network(tmp_path: Path, capsys: Captured) -> None:
-    """The data of each command are with the controller before its code.
+    """The data of each command reach the controller before its code.
 
     Source: manual chapter 3, 2: commands travel in the cyclic areas; guide 2, steps 1 and 2.
     """

@@ -1,4 +1,4 @@
-"""`rcx probe`: confirmations, written files, exit codes, and a real exchange with `rcx serve`."""
+"""`rcx probe` asks for confirmations, writes files, has exit codes, and works with `rcx serve`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
 
 @pytest.fixture
 def types(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
-    """Simulate a user who types these words, and then only Enter."""
+    """Simulate a user who types these words and then only Enter."""
 
     def typing(*words: str) -> list[str]:
         left, asked = list(words), []

@@ -1,4 +1,4 @@
-"""`rcx prove`: its exit codes, its table, its JSON."""
+"""`rcx prove` has exit codes, a table and JSON."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_run_that_breaks_it_is_written_and_ends_with_1(lamp: Path, capsys: Cap
     said = capsys.readouterr().out
     assert "refuted: assert Lamp.st:8: after 1 scans of 10 ms" in said
     command = next(line for line in said.splitlines() if line.startswith("  rcx run "))
-    assert main(command.split()[1:]) == 0  # an assertion in a comment is the prover's alone
+    assert main(command.split()[1:]) == 0  # only the prover reads an assertion in a comment
 
 
 @pytest.mark.parametrize(

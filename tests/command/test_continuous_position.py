@@ -1,4 +1,4 @@
-"""FB_ContinuousPosition: the position in every scan, until the status reset command."""
+"""FB_ContinuousPosition shows the position in every scan, until the status reset command."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_positions_come_with_the_command_run_status_in_every_scan() -> None:
 
 
 def test_millimetres_come_with_hand_and_arm_rotation() -> None:
-    """Left-handed, arm 1 = 1, arm 2 = -1: bits 2-1, 6-3 and 10-7 of m+6.
+    """Left-handed, arm 1 = 1 and arm 2 = -1 are in bits 2-1, 6-3 and 10-7 of m+6.
 
     Source: remote command guide 4.7.4, millimeter units
     """

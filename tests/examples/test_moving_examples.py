@@ -1,4 +1,4 @@
-"""Examples 04 to 07: where the robot has been, what it has stored, and what a fault leaves."""
+"""Examples 04 to 07: the robot's positions, its stored data, and the state after a fault."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_a_held_start_button_does_not_start_after_a_fault() -> None:
 
 
 def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
-    """Axis 1 moves for 0.5 s at 10 %; axis 2 makes one step down, then moves to its soft limit.
+    """Axis 1 moves for 0.5 s at 10 %. Axis 2 makes one step down, then moves to its soft limit.
 
     Source: guide 4.2.6, 4.2.7, 4.2.8; 2.334 at the soft limit: guide 1.1.
     """
@@ -164,7 +164,10 @@ def test_points_are_stored_in_the_controller_with_their_names_and_copied_to_the_
 
 
 def test_a_copy_is_written_back_to_a_controller_that_has_lost_the_point() -> None:
-    """A point that was never taught is not written. Source: guide 4.3.1."""
+    """The test also checks that a point that was never taught is not written.
+
+    Source: guide 4.3.1.
+    """
     with _build("06_teach_points") as cell:
         cell.run("2900ms")
         taught = cell.robot.points[101]
@@ -182,7 +185,7 @@ def test_a_copy_is_written_back_to_a_controller_that_has_lost_the_point() -> Non
 
 @pytest.mark.exhaustive
 def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
-    """X counts first, then Y; the robot rises to 0 with axis 3 between part and place.
+    """X counts first, then Y. Axis 3 rises to 0 between part and place.
 
     Source: guide 4.2.5 and 4.3.3; points 101 to 105 of robot.toml.
     """
@@ -215,7 +218,7 @@ def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
 
 
 def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs() -> None:
-    """A button that is stuck, at the PLC's start or later, does not lose the place of a part.
+    """A stuck button, at the PLC's start or later, does not lose the place of a part.
 
     Source: design of the examples: a hanging button is not a press.
     """

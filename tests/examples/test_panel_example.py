@@ -1,4 +1,4 @@
-"""Example 15: what the keys of the panel did to the robot."""
+"""Example 15: the keys of the panel move the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Examples 08, 10 and 11: programs by name, monitoring, the way back from an emergency stop."""
+"""Examples 08, 10 and 11: programs by name, monitoring, recovery from an emergency stop."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_program_that_is_stopped_has_not_come_to_its_end(event: str, fault: in
 
 
 def test_motor_duty_is_seen_on_the_way_and_position_and_torque_after_it() -> None:
-    """Duty: 2 % + 9 % of the maximum torque are 55 % of the rated torque of 20 %.
+    """2 % + 9 % of the maximum torque are 55 % of the rated torque, which is 20 % of the maximum.
 
     Source: guide 4.9.1, 4.7.4, 4.7.12; robot.toml of the example.
     """

@@ -1,4 +1,4 @@
-"""Examples 12 and 14: two controllers on one PLC, independent but for the area that they share."""
+"""Examples 12 and 14: two controllers on one PLC, independent except for a shared area."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _away(cell: Cell) -> list[tuple[int, ...]]:
 
 
 def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
-    """A robot that is not at its point 10 is at the tray, or somewhere between.
+    """A robot that is not at its point 10 is at the tray or on its way.
 
     Source: points 10 and 20 of robot1.toml and robot2.toml.
     """
@@ -103,7 +103,7 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
 def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
     name: str, one: str, other: str, fault: str
 ) -> None:
-    """If two blocks end in one scan, the number belongs to one of them; it is never a mixture.
+    """If two blocks end in one scan, the number is that of one block and not a mixture.
 
     Source: docs/reference/errors.md.
     """
@@ -185,7 +185,7 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
 def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
     name: str, waits: str
 ) -> None:
-    """The pendant of the second robot is plugged in, and its place is not known yet.
+    """The pendant of the second robot is plugged in, so its position is not known yet.
 
     Source: head of TwoRobots.st: a fault of one is not a fault of the other.
     """
@@ -244,7 +244,7 @@ def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
 def test_it_recovers_from_every_kind_of_fault_at_some_scans(
     example: str, tmp_path: object, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`rcx sweep` without --every takes all scans. Source: tests/data/sweeps."""
+    """`rcx sweep` without --every uses all scans. Source: tests/data/sweeps."""
     folder, sweeps = ROOT / "plc/examples" / example, ROOT / "tests/data/sweeps"
     robots = [f"--robot={folder / f'robot{k}.toml'}" for k in (1, 2)]
     faults = "emergency_stop,link_down,power_cycle,alarm,plc_stop,plc_power_off"

@@ -1,4 +1,4 @@
-"""`rcx export st`: one file that is the library, in an order that every compiler takes."""
+"""`rcx export st` writes the library as one file, in an order that every compiler accepts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rcx scan`: what it prints, and that it writes on request only."""
+"""`rcx scan` prints a controller's data, and writes only on request."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from structured_text.errors import InputError
 Captured = pytest.CaptureFixture[str]
 Run = Callable[..., int]
 
-#: Bytes 32 and 33: CPU_OK, MP RDY, AUTO mode; bit 0 of byte 34: SO(20); word 2: 0x1234.
+#: Bytes 32 and 33: CPU_OK, MP RDY, AUTO mode. Bit 0 of byte 34: SO(20). Word 2: 0x1234.
 OUTPUTS = bytes([0, 0, 0, 0, 0x34, 0x12]) + bytes(26) + bytes([0x12, 0x01, 0x01]) + bytes(13)
 
 
@@ -47,9 +47,9 @@ def running() -> Iterator[Adapter]:
 
 @pytest.fixture
 def adapter(running: Adapter) -> Adapter:
-    """Return the adapter without a connection, with assembly 150 all 0."""
+    """Return the adapter without a connection, and with assembly 150 all 0."""
     waiting = threading.Event()
-    while running.shared.status().connections:  # the close of the last one is under way
+    while running.shared.status().connections:  # the previous connection is still closing
         waiting.wait(0.001)
     running.shared.to_robot.write(bytes(48))
     return running
@@ -92,7 +92,7 @@ def test_identity_comes_first_then_both_areas_and_the_telegram(
 
 
 def test_without_write_nothing_is_written(scan: Run, adapter: Adapter) -> None:
-    """An Input Only connection sends no data; a master keeps its robot."""
+    """An Input Only connection sends no data, so that a master keeps its robot."""
     before = bytes(range(48))
     adapter.shared.to_robot.write(before)
     version, generation = adapter.shared.to_robot.version, adapter.shared.status().generation
@@ -123,7 +123,7 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
 
 
 def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captured) -> None:
-    """Everything else is 0."""
+    """All other data are 0."""
     assert scan("--write", "SI00=1", "--write", "SIW(2)=5", duration="200ms") == 0
     out = capsys.readouterr().out
     assert "exclusive owner connection" in out
@@ -196,7 +196,7 @@ def test_a_refused_interval_or_size_comes_with_one_to_try(
     size: int,
     hint: str,
 ) -> None:
-    """A byte of meaning for each direction, then the two intervals in words.
+    """The status has a byte of meaning for each direction, then the two intervals in words.
 
     Source: CIP volume 1, chapter 3, 5.6, extended status 0x112; the words are admission.py's;
     0x109, 0x127 and 0x128: a size
@@ -313,7 +313,7 @@ def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
 
 
 def test_an_adapter_of_another_size_is_shown_as_bytes(other: Adapter, capsys: Captured) -> None:
-    """Larger than 511 bytes: by Large Forward Open."""
+    """An area of more than 511 bytes needs a Large Forward Open."""
     host, port = other.address
     options = ["--port", str(port), "--input-size", "600", "--for", "0s"]
     assert main(["scan", host, *options]) == 0
@@ -358,7 +358,7 @@ def test_changes_of_other_sizes_are_shown_by_their_bytes(other: Adapter) -> None
 def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     running: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The scanner is connected to 100 and 150, as another adapter would allow 101 and 151."""
+    """The scanner uses 100 and 150, and another adapter would allow 101 and 151."""
     forward_open = OpenRequest.forward_open
     monkeypatch.setattr(
         *(OpenRequest, "forward_open"),
@@ -446,7 +446,7 @@ _NO_MASTER = "owned by no master, no I/O connection"
          [f"RCX{_TAIL}", "status 16#0061: owned by a master, an I/O connection is in run"]),
         ("0000", b"RCX", [f"RCX{_TAIL}", "status 16#0000: owned by no master"]),
         ("3000", b"", [f"(no name){_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
-        # A name is a text of ISO 8859-1 from whatever device answers.
+        # A name is ISO 8859-1 text from an unknown device.
         ("3000", _ESCAPES,
          [f"\\x1b[2J\\r\\nrcx: fake\\x9b31m\u00e9{_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
         ("", b"", ["identity: 7c 02"]),
@@ -509,7 +509,7 @@ def test_a_wrong_value_to_write_is_bad_input(entry: str, message: str) -> None:
 
 @pytest.mark.exhaustive
 def test_a_lost_connection_is_reported() -> None:
-    """The adapter goes while the scan looks."""
+    """The adapter ends while the scan runs."""
     told: list[str] = []
     with Adapter(48, cyclic=0) as adapter:
         host, port = adapter.address
@@ -525,7 +525,7 @@ def test_a_lost_connection_is_reported() -> None:
 
 
 def test_a_dead_process_is_reported(running: Adapter, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A loss of the connection names this cause; before the first packet it is an error."""
+    """The loss of the connection names this cause. Before the first packet, it is an error."""
     told: list[str] = []
     made: list[Scanner] = []
     open_ = Scanner.open
@@ -575,7 +575,7 @@ def test_a_lost_connection_ends_with_1(
 
 
 def test_the_trace_begins_and_ends_with_a_look(scan: Run, adapter: Adapter, tmp_path: Path) -> None:
-    """A reader does not know what the master writes: `si` is empty."""
+    """The reader cannot know what the master writes, so `si` is empty."""
     file = tmp_path / "scan.jsonl"
     assert scan("--trace", str(file), duration="30ms") == 0
     header, records = read_trace(file)

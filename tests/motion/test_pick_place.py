@@ -1,4 +1,4 @@
-"""FB_PickPlace: the order of its commands, and where it continues after an error."""
+"""FB_PickPlace: the order of its commands, and the continuation after an error."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_the_stages_of_the_work_are_shown_in_order() -> None:
 
 
 def test_between_pallets_it_moves_in_arches() -> None:
-    """Pallet 1, work position 4 to pallet 2, work position 6; axis 3 by way of 0.
+    """The robot moves from pallet 1, position 4 to pallet 2, position 6, with axis 3 at 0 between.
 
     Source: guide 4.2.5, arch designation.
     """
@@ -86,7 +86,7 @@ def test_an_arch_in_mm_is_taken_as_it_is() -> None:
 
 
 def test_it_comes_from_above_and_leaves_to_above() -> None:
-    """Before each movement the block selects the place's shift or the shift above it.
+    """Before each movement, the block selects the shift of the place or the shift above the place.
 
     Source: guide 4.2.17; without an arch between above and place.
     """
@@ -106,7 +106,7 @@ def test_without_shifts_no_shift_is_selected_at_the_end() -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("afterwards", [0, 7])
 def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: int) -> None:
-    """Else later movements of the program would go to other places.
+    """Otherwise later movements of the program would go to other places.
 
     Source: guide 4.2.17; field Afterwards of RCX_PICK_SHIFTS
     """
@@ -121,7 +121,7 @@ def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: in
 
 @pytest.mark.parametrize("shifts", [{"Shifts__TargetAbove": 3}, {}])
 def test_where_only_that_shift_is_missing_no_second_part_is_fetched(shifts: dict[str, Any]) -> None:
-    """This also holds with HandEmpty, and if the shifts have changed meanwhile.
+    """This also holds with HandEmpty, and if the shifts have changed in the meantime.
 
     Source: head: after an error it continues with what is not finished
     """
@@ -159,7 +159,7 @@ def test_on_pallets_it_comes_from_above_too() -> None:
 
 @pytest.mark.parametrize("shift", ["Source", "Target"])
 def test_one_shift_is_enough_for_both_to_be_selected(shift: str) -> None:
-    """Otherwise the other place would be taken under it. Source: guide 4.2.17."""
+    """Otherwise the other place would be approached with this shift. Source: guide 4.2.17."""
     place: dict[str, Any] = {f"Shifts__{shift}": 4}
     plc = picking(**place)
     source, target = (4, 0) if shift == "Source" else (0, 4)
@@ -238,7 +238,7 @@ def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: 
 def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
     """The hand may or may not have opened.
 
-    The block moves to the target first, and reads no sensor.
+    The block moves to the target first and does not read a sensor.
 
     Source: this library's own.
     """
@@ -285,7 +285,7 @@ def test_a_release_that_begins_from_above_begins_there_again(lost_at: str) -> No
     ],
 )
 def test_an_approach_that_was_broken_off_goes_on(count: int, again: list[str]) -> None:
-    """The part in the hand is lifted again; after the release it only leaves.
+    """The part in the hand is lifted again. After the release, the robot only leaves.
 
     Source: this library's own.
     """
@@ -315,7 +315,10 @@ def test_where_the_part_was_taken_out_it_begins_anew(broken: str) -> None:
 
 
 def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> None:
-    """Otherwise a second part would come to the same target. Source: this library's own."""
+    """Otherwise the robot would bring a second part to the same target.
+
+    Source: this library's own.
+    """
     plc = _approaching()
     plc.until("DO(20) ON")
     plc.scan_until(lambda: plc.told[-1] == "DO(20) OFF")
@@ -329,7 +332,7 @@ def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> 
 
 @pytest.mark.parametrize("out", ["DI2?", "DO(20) OFF", "PTP 10 at 50"])
 def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> None:
-    """The command ends with the alarm, which says more.
+    """The command ends with the alarm, which is more precise.
 
     Source: guide 1.2; manual chapter 5, 3.1.
     """
@@ -347,7 +350,7 @@ def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> No
 
 @pytest.mark.exhaustive
 def test_without_a_timeout_of_the_user_a_command_may_last_a_minute() -> None:
-    """6000 scans of 10 ms. Source: design of the library, 2: every wait has a limit."""
+    """A minute is 6000 scans of 10 ms. Source: design of the library, 2: every wait has a limit."""
     plc = picking()
     plc.silent = "PTP 10 at 50"
     plc.until("PTP 10 at 50")
@@ -394,7 +397,7 @@ def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
 
 @pytest.mark.parametrize("how", ["skipped", "twice"])
 def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> None:
-    """No command is running that would detect the loss itself. Source: scan-model.md, one scan."""
+    """No command is running that could detect the loss. Source: scan-model.md, one scan."""
     plc = picking(**_SENSOR)
     plc["Twice"] = how == "twice"
     plc.start()

@@ -1,4 +1,4 @@
-"""The gripper of FB_PickPlace: two outputs, confirmation, parts that are lost or not there."""
+"""The gripper of FB_PickPlace: two outputs, confirmation, and parts that are lost or missing."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _made(name: str) -> Alone:
 
 
 def _part(name: str) -> Alone:
-    """Return a part of the block alone, with a controller that is ready."""
+    """Return a sub-block alone, with a controller that is ready."""
     block = _made(name)
     block.restart()
     for path in ("Connected", "SO.SO01_CpuOk"):
@@ -42,7 +42,10 @@ def test_of_two_outputs_the_other_one_goes_off_first() -> None:
 
 
 def test_each_input_that_there_is_confirms() -> None:
-    """Open, closed, a part: in this order. Source: guide 4.5.1, reference of DI in port units."""
+    """The inputs confirm that the hand is open, that it is closed, and that it has a part.
+
+    Source: guide 4.5.1, reference of DI in port units.
+    """
     plc = _bench(
         Gripper__OpenOutput=21,
         Gripper__OpenedInput=32,
@@ -57,7 +60,7 @@ def test_each_input_that_there_is_confirms() -> None:
 
 
 def test_after_an_error_both_outputs_are_read() -> None:
-    """The closing output is read first, even if the read of the opening output had no answer.
+    """The closing output is read first, even if reading the opening output had no answer.
 
     Source: guide 4.5.1, I/O port reference; head of FB_PickPlace
     """
@@ -109,7 +112,7 @@ def test_it_waits_until_the_gripper_has_moved() -> None:
 def test_the_wait_for_an_input_ends_after_max_wait(
     pin: str, closes: bool, error_id: int, stage: str, limit: str, scans: int
 ) -> None:
-    """An answer comes every few scans; without a limit of the user's it is 2 s.
+    """The controller answers every few scans. The default limit is 2 s.
 
     Source: this library's own.
     """
@@ -134,7 +137,7 @@ def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
 
 
 def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
-    """This is the case after a restart of the PLC with a part in the hand.
+    """This can happen after a restart of the PLC with a part in the hand.
 
     Source: this library's own.
     """
@@ -188,7 +191,7 @@ def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
 
 
 def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
-    """A command cannot be withdrawn once it has been sent.
+    """A command cannot be withdrawn after it has been sent.
 
     Source: guide 1.2; this library's own.
     """
@@ -253,7 +256,7 @@ def test_a_port_command_that_fails_ends_it_with_the_alarm(silent: str) -> None:
 @pytest.mark.parametrize("go", [False, True])
 @pytest.mark.parametrize("number", [-1, 8, 19, 21])
 def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: int) -> None:
-    """FB_PickPlace has refused it before; this is for any caller.
+    """FB_PickPlace refuses such a bit itself. This check is for other callers.
 
     Source: guide 4.5.1: bits are 0 to 7
     """
@@ -267,14 +270,17 @@ def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: in
 
 
 def _look() -> Alone:
-    """Return the part that reads the outputs of the hand, while it reads."""
+    """Return the sub-block that reads the outputs of the hand, while it reads."""
     block = _part("FB_RcxPickLook")
     block["Block.Asks"] = True
     return block
 
 
 def _scan(block: Alone, pattern: int = 0) -> bool:
-    """Run one scan. `pattern` answers a request of the scan before with the bits of the port."""
+    """Run a scan.
+
+    `pattern` is the answer to a request of the previous scan: the bits of the port.
+    """
     asked = bool(block["Robot.Inner.CodeRequest"])
     block["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN" if asked else "PHASE_READY"
     block["Robot.Inner.Answer"] = 0x0200 if asked else 0
@@ -289,7 +295,9 @@ def _scan(block: Alone, pattern: int = 0) -> bool:
     [({20}, True, False), ({21}, False, True), (set(), False, False), ({20, 21}, False, False)],
 )
 def test_one_output_closes_and_the_other_opens(on: set[int], closed: bool, opened: bool) -> None:
-    """With both OFF, as after power-on, or both ON neither does, whatever was read before.
+    """If both outputs are OFF, as after power-on, or both ON, the hand neither opens nor closes.
+
+    An earlier reading does not matter.
 
     Source: RCX_GRIPPER; guide 4.5.1: bit k of the answer is DO(20 + k)
     """
@@ -318,7 +326,7 @@ def test_an_answer_that_comes_after_asks_fell_is_ignored() -> None:
 @pytest.mark.parametrize("asks", [False, True])
 @pytest.mark.parametrize("number", [-1, 28, 39])
 def test_the_block_that_reads_outputs_refuses_an_illegal_bit(asks: bool, number: int) -> None:
-    """FB_PickPlace has refused it before; this is for any caller.
+    """FB_PickPlace refuses such a bit itself. This check is for other callers.
 
     Source: guide 4.5.1: bits are 0 to 7
     """
@@ -331,7 +339,10 @@ def test_the_block_that_reads_outputs_refuses_an_illegal_bit(asks: bool, number:
 
 
 def test_an_output_number_that_becomes_illegal_before_the_answer_is_an_error() -> None:
-    """A bit that there is not is not looked up. Source: guide 4.5.1: bits are 0 to 7."""
+    """The block does not look up a bit that does not exist.
+
+    Source: guide 4.5.1: bits are 0 to 7.
+    """
     block = _look()
     _scan(block)
     block["Block.Gripper.CloseOutput"] = 28

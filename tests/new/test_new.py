@@ -1,4 +1,4 @@
-"""`rcx new`: a project that works without changes; no existing file is overwritten."""
+"""`rcx new` writes a project that works without changes, and never overwrites a file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytes
 
 
 _CELL = "plc --robot robot.toml --properties campaign.toml"
-#: Commands of the README that verify the cell, with options that make them quick here.
+#: Commands of the README that verify the cell, with options that make them fast here.
 _VERIFY = {
     "pytest --rcx-coverage": (),
     f"rcx campaign {_CELL} --seeds 100": (
@@ -44,9 +44,9 @@ def _files(folder: Path) -> set[str]:
 
 
 def test_its_tests_pass(pytester: pytest.Pytester) -> None:
-    """Normal run, emergency stop, alarm and loss of the link, each in a file of its own.
+    """Normal run, emergency stop, alarm and loss of the link have a test file each.
 
-    They execute every statement and branch of its program.
+    Together they execute every statement and branch of the program.
     """
     assert main(["new", "."]) == 0
     options = ("--rcx-engine=builtin", "--rcx-coverage", "--rcx-cover-fail-under=100")
@@ -65,7 +65,7 @@ def test_its_tests_pass_with_areas_of_256_bytes(pytester: pytest.Pytester) -> No
 
 @pytest.mark.exhaustive
 def test_its_tests_fail_where_the_program_restarts_by_itself(pytester: pytest.Pytester) -> None:
-    """A template's tests are worth what they find."""
+    """The tests of a template must detect faults."""
     assert main(["new", "."]) == 0
     program = Path("plc/PickAndPlace.st")
     source = program.read_text(encoding="utf-8")
@@ -129,7 +129,7 @@ def test_each_of_them_ends_with_0_in_a_new_project(
 def test_mutants_of_it_are_tried_with_its_tests(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """All of them, with all of its tests, are a matter of minutes."""
+    """Trying all mutants with all tests takes minutes."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     assert main(["new", "."]) == 0

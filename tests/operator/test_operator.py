@@ -1,4 +1,7 @@
-"""FB_Operator: the effect of each key, its conditions, and messages; the test plays the robot."""
+"""FB_Operator: each key has its effect, its conditions and its messages.
+
+The test plays the robot.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from structured_text.output.toml_files import load_toml
 _KEYS = ("ServoOn", "Start", "ProgramReset", "StepLine", "JogPlus", "JogMinus", "Teach")
 
 
-#: Key, what is in its way, ErrorID: from the conditions of the blocks behind it.
+#: Key, hindrance and ErrorID, from the conditions of the blocks behind the key.
 _REASONS = [
     ("ServoOn", "Connected=0", 0x8001),
     ("ServoOn", "SO01=0", 0x8002),

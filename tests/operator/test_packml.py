@@ -1,4 +1,7 @@
-"""FB_PackMl: every command in every state, its effect, and aborts; the test plays the robot."""
+"""FB_PackMl: the effect of every command in every state, and aborts.
+
+The test plays the robot.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,14 @@ from alone import Alone
 from both_engines import ENGINES
 from plc_bench import ROOT, PlcBench
 
-#: PackTags' numbers. Source: Beckhoff E_PMLState; Siemens LPMLV2022 state constants.
+#: The numbers of PackTags. Source: Beckhoff E_PMLState; Siemens LPMLV2022 state constants.
 _STATES = (
     *("CLEARING", "STOPPED", "STARTING", "IDLE", "SUSPENDED", "EXECUTE", "STOPPING", "ABORTING"),
     *("ABORTED", "HOLDING", "HELD", "UNHOLDING", "SUSPENDING", "UNSUSPENDING", "RESETTING"),
     *("COMPLETING", "COMPLETE"),
 )
 _NUMBERS = {state: number for number, state in enumerate(_STATES, start=1)}
-#: State after an acting state is done. Source: ROS-Industrial packml, transition table.
+#: The state that follows an acting state. Source: ROS-Industrial packml, transition table.
 _DONE = {
     "CLEARING": "STOPPED",
     "STARTING": "EXECUTE",
@@ -29,7 +32,8 @@ _DONE = {
     "RESETTING": "IDLE",
     "COMPLETING": "COMPLETE",
 }
-#: Command, from, to; Stop and Abort are below. Source: as `_DONE`; OPC 30050: SuspendedToHolding.
+#: Command, old state, new state. Stop and Abort are below. Source: as `_DONE`; OPC 30050:
+#: SuspendedToHolding.
 _COMMANDS = {
     ("RESET", "STOPPED"): "RESETTING",
     ("RESET", "COMPLETE"): "RESETTING",
@@ -57,14 +61,14 @@ def _expected(command: str, state: str) -> str:
 
 
 class _Bench(PlcBench):
-    """A robot without a fault; the block may be put into any state."""
+    """A robot without a fault, and a block that can be put into any state."""
 
     def __init__(self, engine: str = "auto") -> None:
         super().__init__(program=ROOT / "tests/data/library/PackMl.st", engine=engine)
         self.power_up()
 
     def put(self, state: str) -> None:
-        """Set this state, without any request."""
+        """Set this state without any request."""
         self["PackMl.StateComplete"] = self["PackMl.CmdChangeRequest"] = False
         self["PackMl.UnitModeChangeRequest"] = False
         self["PackMl.State"] = f"PACKML_{state}"
@@ -72,7 +76,7 @@ class _Bench(PlcBench):
         assert self.state == state
 
     def command(self, command: str) -> None:
-        """Ask once, as an HMI does."""
+        """Send a request once, as an HMI does."""
         self["PackMl.CntrlCmd"] = f"PACKML_CMD_{command}"
         self["PackMl.CmdChangeRequest"] = True
         self.scan()
@@ -165,7 +169,7 @@ def test_what_takes_the_robot_away_aborts_in_every_state(
     for state in _NUMBERS:
         plc.put(state)
         plc.let(trouble)
-        plc.scan(2 if trouble == "EmergencyStopOk=0" else 1)  # FB_WriteArea tells the blocks
+        plc.scan(2 if trouble == "EmergencyStopOk=0" else 1)  # FB_WriteArea passes it to the blocks
         expected = {"CLEARING": "CLEARING", "ABORTED": "ABORTED"}.get(state, "ABORTING")
         assert plc.state == expected, state
         if expected == "ABORTING" and state != "ABORTING":
@@ -269,7 +273,7 @@ def test_what_has_aborted_stays_told_while_other_faults_come_and_go() -> None:
 
 
 def test_before_the_first_call_the_outputs_say_what_the_first_call_says() -> None:
-    """An HMI that reads them earlier sees Aborted, 9, in Production, 1."""
+    """An HMI that reads the outputs earlier sees Aborted (9) in Production (1)."""
     block = Alone("FB_PackMl", {"Robot": "RCX_REF"})
     for _ in range(2):
         shown = [block[f"Block.{pin}"] for pin in ("State", "Mode")]

@@ -1,4 +1,7 @@
-"""FB_AutoMode: chapter 5, 3.2, AUTO mode changeover; the test plays the controller."""
+"""FB_AutoMode follows chapter 5, 3.2, AUTO mode changeover.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,9 @@ def _shown(plc: PlcBench) -> tuple[object, ...]:
 
 
 def test_auto_mode_changeover_process() -> None:
-    """Switch at the SAFETY connector and lock at the box, status output, control authority.
+    """The steps are the AUTO switch and the lock, the status output, and the control authority.
+
+    The switch is at the SAFETY connector, the lock at the programming box.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process.
     """

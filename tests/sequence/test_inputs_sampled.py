@@ -1,4 +1,4 @@
-"""The blocks of the processes sample their inputs on the rising edge of Execute alone."""
+"""The sequence blocks sample their inputs only on the rising edge of Execute."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""FB_Status: chapter 5, 2, the dedicated outputs; the test plays the controller."""
+"""FB_Status shows the dedicated outputs of chapter 5, 2.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 

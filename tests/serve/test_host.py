@@ -1,4 +1,4 @@
-"""The parent's side of a served controller whose process ends or prints invalid output."""
+"""A served controller's process may end or print invalid output, which its parent reports."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ Use = Callable[[str, str], None]
 
 @pytest.fixture
 def use(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Use:
-    """Make the controller's process another program."""
+    """Replace the controller's process by another program."""
 
     def write(name: str, program: str) -> None:
         (tmp_path / f"{name}.py").write_text(program)
@@ -125,7 +125,7 @@ def test_a_mistake_in_the_controller_ends_it_and_is_named(
     assert asyncio.run(_ended(_host())) == (
         "the controller has ended by itself (RuntimeError: a mistake)"
     )
-    assert "Traceback" in capfd.readouterr().err  # for who mends it
+    assert "Traceback" in capfd.readouterr().err  # for the person who repairs it
 
 
 @pytest.mark.parametrize("name", ["mumbling", "listing", "mumbling_later", "listing_later"])

@@ -1,4 +1,4 @@
-"""Cycles on a grid of real time."""
+"""Controller cycles run on a grid of real time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A served controller on its network: chapter 1.5 as the cyclic connection drives it."""
+"""A served controller on its network behaves as in chapter 1, 5 of the manual."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def on(served: ServedHost, name: str) -> bool:
 
 
 def link_of(served: ServedHost) -> LinkState:
-    """Return the link state that the adapter's processes receive."""
+    """Return the link state that the adapter's processes report."""
     return served.network.link
 
 
@@ -45,7 +45,7 @@ def served() -> ServedHost:
 def test_the_data_is_read_after_the_state_that_it_belongs_to(
     served: ServedHost, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A first packet that arrives between the two readings is not taken for zeros in RUN."""
+    """If the first packet arrives between the readings, zeros must not be taken as RUN data."""
     served.run(150)
     network, status = served.network, served.network.status
 
@@ -230,7 +230,7 @@ def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
 def test_changes_of_the_chart_are_reported_once_with_their_time(running: ServedHost) -> None:
     start = running.run(150).t_us
     running.network.send(image(_SI00 | _SI06, 0, 0, 5))
-    (change,) = running.run(20).changes  # SI(01) OFF; the chart does not show word 2
+    (change,) = running.run(20).changes  # SI(01) turns OFF; the chart does not show word 2
     assert (change.t_us - start, change.connected, change.si) == (5000, True, "00004100")
     assert running.run(20).changes == ()
     running.network.become(OwnerState.CLOSED)
@@ -248,7 +248,9 @@ def test_further_connections_are_counted(running: ServedHost) -> None:
 def test_the_trace_has_each_cycle_with_other_areas_the_last_one_and_broken_rules(
     tmp_path: Path,
 ) -> None:
-    """Cycles are every 5 ms; SI(06) and SI(01) 50 ms apart break the rule of 100 ms.
+    """Cycles are every 5 ms.
+
+    SI(06) and SI(01) change 50 ms apart, which breaks the rule of 100 ms.
 
     Source: manual chapter 5, 3, caution; chapter 5, 4.
     """

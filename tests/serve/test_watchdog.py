@@ -1,4 +1,4 @@
-"""Processes that hang are reported when it happens; all times are simulated."""
+"""Processes that hang are reported at that time, tested in virtual time."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_stopped_process_is_reported_when_it_stops_and_when_it_goes_on() -> No
 
 
 def test_a_process_of_the_adapter_that_is_stopped_is_named() -> None:
-    """The controller reports it ten times a second; the other process continues."""
+    """The controller reports it ten times a second. The other process continues."""
     served = ServedHost()
     stalls = Stalls([served])
     said = []

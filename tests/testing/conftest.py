@@ -1,4 +1,4 @@
-"""A project of a user, for pytest within pytest."""
+"""A user's project, for pytest inside pytest."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import rcx_harness.testing.cells  # noqa: F401 - stays loaded from one inner run to the next
 
-#: `run(test, *options, ini={...})`: a run of that test file in a project with a program.
+#: `run(test, *options, ini={...})` runs that test file in a project with a program.
 Run = Callable[..., pytest.RunResult]
 
 #: Plugins that the inner run omits, because loading them takes longer than the run itself.

@@ -1,4 +1,4 @@
-"""The settings of `cell` in a user's test: by marker, command line and ini file."""
+"""The settings of `cell` in a user's test come from marker, command line and ini file."""
 
 from __future__ import annotations
 
@@ -127,6 +127,7 @@ def test_a_test_builds_further_cells_on_top_of_its_settings(run: Run) -> None:
     result.assert_outcomes(passed=1)
 
 
+@pytest.mark.exhaustive
 def test_the_link_may_be_ethernet_ip(run: Run) -> None:
     result = run(
         """

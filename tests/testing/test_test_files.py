@@ -1,4 +1,4 @@
-"""`rcx test`: files with TEST blocks, as STruC++ has them."""
+"""`rcx test` runs files with TEST blocks, as STruC++ has them."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def test_a_failed_assert_ends_its_test_with_line_and_message(results: Results) -
 
 
 def test_each_test_has_fresh_variables_and_runs_setup_before(results: Results) -> None:
-    """The third round finds a count of 3.
+    """The third call finds a count of 3, so the test began with a fresh counter.
 
     Source: STruC++, docs/TESTING.md, SETUP / TEARDOWN.
     """

@@ -1,4 +1,4 @@
-"""`rcx test`: suites with the interface of TcUnit, in virtual time."""
+"""`rcx test` runs suites with the interface of TcUnit, in virtual time."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def test_the_same_failure_in_the_next_cycle_is_not_reported_again(results: Resul
 
 
 def test_ordered_tests_run_one_after_the_other(results: Results) -> None:
-    """The first ends in the third cycle, the second runs in the fourth.
+    """The first test ends in the third cycle, and the second test runs in the fourth.
 
     Source: TcUnit, FAQ 7.
     """
@@ -168,7 +168,7 @@ def test_of_two_tests_with_one_name_the_first_counts_and_a_note_says_so(results:
     assert note == "Main.Sums: there are several tests Adds; only the first one counts"
 
 
-#: Type, expected and actual value, and both as the result shows them.
+#: Type, expected and actual value, and both values as the result shows them.
 _VALUES = {
     "BOOL": ("TRUE", "FALSE", "TRUE", "FALSE"),
     "BYTE": ("16#AB", "16#C", "0xAB", "0x0C"),
@@ -304,7 +304,9 @@ END_PROGRAM
 def test_suites_are_computed_as_the_tool_of_the_project(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A number is milliseconds as a TIME in TwinCAT; the suite is in a source with the namespace.
+    """In TwinCAT, a number as a TIME is milliseconds.
+
+    The suite is in a source with the namespace.
 
     Source: docs/reference/language.md, dialects.
     """
@@ -484,9 +486,9 @@ _OBJECT = """<?xml version="1.0" encoding="utf-8"?>
 def test_a_twincat_project_runs_as_it_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The names of the library TcUnit are qualified; lines are those of the project's files.
+    """Names of the library TcUnit are qualified, and lines are those of the project's files.
 
-    As in TwinCAT, a number is milliseconds as a TIME.
+    As in TwinCAT, a number as a TIME is milliseconds.
 
     Source: docs/how-to/unit-tests.md.
     """

@@ -1,4 +1,4 @@
-"""Properties in Python: whatever the user's code does, a run is not green by it."""
+"""Properties in Python never give a green run by an error in the user's code."""
 
 from __future__ import annotations
 

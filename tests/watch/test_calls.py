@@ -1,4 +1,4 @@
-"""Blocks that a program calls twice in a scan, for two robots, or leaves out: reported as it runs.
+"""A running program is warned of blocks that it calls twice, for two robots, or not at all.
 
 Source: docs/explanation/scan-model.md, one scan.
 """
@@ -62,7 +62,7 @@ END_TYPE
 
 @pytest.fixture
 def build(build_cell: Callable[..., Cell], tmp_path: Path) -> Build:
-    """Return a cell whose program has this body, after two scans; its engine sees calls."""
+    """Return a cell whose program has this body, after two scans. Its engine reports calls."""
 
     def built(body: str) -> Cell:
         file = tmp_path / "program.st"
@@ -127,7 +127,7 @@ def test_three_calls_are_counted(build: Build) -> None:
     ],
 )
 def test_areas_that_are_taken_twice_are_reported(build: Build, body: str, text: str) -> None:
-    """Elapsed would be 0, or data and code would go out in one scan."""
+    """Otherwise Elapsed would be 0, or data and code would be sent in one scan."""
     assert told(build(body)) == [text]
 
 
@@ -193,7 +193,7 @@ def test_blocks_inside_a_block_of_the_user_are_watched_each_by_itself(build: Bui
 
 
 def test_blocks_inside_blocks_of_the_library_are_not_judged(build: Build) -> None:
-    """FB_PowerUp calls its parts as it needs them."""
+    """FB_PowerUp calls its parts when it needs them."""
     cell = build(f"{READ} {POWER} IF Gate THEN {ORIGIN} END_IF; {WRITE}")
     cell["Main.Go"] = True
     cell.run("1s")

@@ -1,9 +1,9 @@
-"""Each clause of the blocks' contract by itself: pins that break it alone, and legal neighbours.
+"""Each clause of the blocks' contract is broken alone, and its legal neighbours pass.
 
-A made-up program shows the monitor the pins of one block, scan by scan. What is expected was worked
-out by hand from the contract: exactly one of Busy, Done, Error (CommandAborted) while Execute is
-TRUE, Active only with Busy, an end for exactly one scan after Execute has fallen, ErrorID exactly
-with Error.
+An artificial program shows the monitor the pins of one block, scan by scan. Expected results are by
+hand from the contract: exactly one of Busy, Done, Error (CommandAborted) while Execute is TRUE,
+Active only with Busy, an end for exactly one scan after Execute has fallen, ErrorID exactly with
+Error.
 """
 
 from __future__ import annotations

@@ -222,7 +222,7 @@ def _engine(settings: Mapping[str, Any]) -> str:
     engine = str(settings.get("engine", "auto"))
     if engine != "auto":
         return engine
-    if "dialect" in settings and not rules_of(settings["dialect"]).is_standard:
+    if "dialect" in settings and not rules_of(settings["dialect"]).is_matiec:
         return f"builtin (dialect {settings['dialect']})"
     found = _auto_engine()
     return found if found == "matiec" else "builtin (matiec not found)"

@@ -74,7 +74,7 @@ EVENTS: dict[str, Event[Stopped]] = {
         _stop,
     ),
     "plc_run": Event(
-        "the PLC goes into RUN: start = warm (RETAIN is kept), cold, or continue (as it stands)",
+        "the PLC goes into RUN: start = warm (keeps RETAIN), cold, or continue (keeps all values)",
         _run,
     ),
     "plc_power_off": Event("the PLC loses its power; start as at stop", _power_off),
@@ -87,7 +87,7 @@ OPPOSITES: dict[str, str] = {"plc_stop": "plc_run", "plc_power_off": "plc_power_
 
 
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the event that ends another one, with its arguments: how the PLC starts again.
+    """Return the event that ends a lasting event, with its arguments, such as the kind of start.
 
     Raise InputError if the event does not last.
     """
@@ -100,7 +100,7 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 def checked(
     events: Mapping[str, Event[_On]], event: str, args: Mapping[str, Any], key: str = "plc"
 ) -> Callable[[_On, int], None]:
-    """Return the call by which an event acts on a bench, or on one of the devices around it.
+    """Check the arguments of an event; return a function that triggers it on a bench or device.
 
     Raises:
         InputError: arguments that the event does not take, or impossible values.

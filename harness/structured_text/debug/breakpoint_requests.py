@@ -1,4 +1,4 @@
-"""The requests of the protocol that set breakpoints and ask where they can be."""
+"""The requests of the protocol that set breakpoints and list the places for them."""
 
 from __future__ import annotations
 

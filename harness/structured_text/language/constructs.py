@@ -16,8 +16,8 @@ from structured_text.language.syntax import Position
 
 __all__ = ["CONSTRUCTS", "TRANSLATED", "Use", "refuse"]
 
-#: Constructs that leave nothing in the checked tree that `prove` does not support: their names, and
-#: what to write instead in a portable program. `prove` itself refuses the types, conversions and
+#: Constructs that the checker translates to nodes which `prove` supports: their names, and what to
+#: write instead in a portable program. `prove` itself refuses the types, conversions and
 #: functions that it does not support.
 _TRANSLATED = {
     "a comment with // or /* */": "write (* ... *)",
@@ -25,10 +25,10 @@ _TRANSLATED = {
     "a keyword in another spelling": "write FUNCTION_BLOCK",
     "an access specifier": "leave it out",
     "VAR_IN_OUT CONSTANT": "use VAR_INPUT",
-    "a pragma": "remove what is in { }",
+    "a pragma": "remove it",
     "a REGION": "use a comment",
     "an empty statement": "remove the ;",
-    "an empty branch": "leave the branch out, or turn the condition round",
+    "an empty branch": "leave the branch out, or invert the condition",
     "no ; after END": "write END_IF; and END_STRUCT; with semicolon",
     "no END of a POU": "write END_PROGRAM, END_FUNCTION_BLOCK or END_FUNCTION",
     "a ; behind the name of a POU": "remove the ;",
@@ -154,7 +154,7 @@ CONSTRUCTS = _TRANSLATED | {
 #: Advice on the construct to write instead, if a detail of a construct needs other advice.
 _DETAILS = {
     "a constant instead of a literal (a member of an enumeration)": (
-        "declare what it is compared with, or assigned to, as that enumeration"
+        "declare the other operand, or the target, as that enumeration"
     ),
 }
 

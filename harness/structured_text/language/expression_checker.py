@@ -96,7 +96,7 @@ class ExpressionChecker:
         return self.references.followed(self.place(node))
 
     def place(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element; a reference stays the reference itself."""
+        """Type a variable, member or element; a reference remains a reference."""
         if isinstance(node, s.Name):
             symbol = self.scope.symbol(node.key)
             if symbol is not None:
@@ -587,7 +587,7 @@ class ExpressionChecker:
 
 
 def _near(key: str, names: Iterable[str]) -> str:
-    """Return a hint with names similar to an upper-case name; empty without any."""
+    """Return a hint with names similar to an upper-case name; empty if there are none."""
     known = {name.upper(): name for name in names}
     close = difflib.get_close_matches(key, known, n=2)
     return f"did you mean {' or '.join(known[name] for name in close)}?" if close else ""

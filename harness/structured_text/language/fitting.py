@@ -119,7 +119,7 @@ class Fitting:
 
     @staticmethod
     def based(found: t.Expression) -> t.Expression:
-        """Return an enumeration as a number of its base type; any other value as it is."""
+        """Return an enumeration as a number of its base type; return any other value unchanged."""
         if not isinstance(found.type, EnumType):
             return found
         base = ELEMENTARY[found.type.base]

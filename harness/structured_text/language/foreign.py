@@ -1,6 +1,6 @@
 """Sources that are not Structured Text of IEC 61131-3, and words that have no meaning in it.
 
-Each gives one message in place of many about its parts.
+Each of them is reported with a single message, instead of many about its parts.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def _type(found: Sequence[Token], at: int) -> str:
 
 
 def one_for_all(errors: Iterable[InputError]) -> list[InputError]:
-    """Return the errors with one in place of all about jumps; it has their number."""
+    """Return the errors; a single error, with a count, replaces all errors about jumps."""
     every = list(errors)
     jumps = [one for one in every if one.message == LABELS or one.message.endswith(_JUMP)]
     if len(jumps) < 2:

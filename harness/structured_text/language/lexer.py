@@ -96,7 +96,7 @@ _UNSUPPORTED = {
     "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
-#: Tokens before a name that is declared or used: such a word is the name.
+#: Tokens before a name that is declared or used: a word after them is this name.
 _BEFORE_NAMES = frozenset(
     (
         "DOT",
@@ -436,7 +436,7 @@ class _Lexer:
         return end + 1
 
     def _behind_condition(self, word: str, rest: str, offset: int, end: int) -> int:
-        """Return the offset behind a pragma of conditional compilation and what it leaves out."""
+        """Return the offset behind a pragma of conditional compilation and the text it excludes."""
         if word.upper() == "IF":
             self._note("conditional compilation", offset)
         self._condition = offset

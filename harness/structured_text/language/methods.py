@@ -63,7 +63,7 @@ class Methods:
         return self._read(self.this(node.at), node)
 
     def property(self, base: t.Variable, name: s.Name, *, final: bool = False) -> t.Variable | None:
-        """Type the value of a property of a block or interface; None without it."""
+        """Type the value of a property of a block or interface; None if there is none."""
         if not self._objects.is_property(base.type, name.key):
             return None
         return self._read(base, name, final=final)
@@ -201,7 +201,7 @@ class Methods:
         return base, method, final
 
     def _method(self, kind: Type | None, key: str) -> t.Pou | None:
-        """Return a method of a block or interface, or one of its overloads; None without it."""
+        """Return a method of a block or interface, or an overload of it, or None."""
         found = self._objects.method(kind, key)
         return found or next(iter(overloads(self._objects, kind, key).values()), None)
 

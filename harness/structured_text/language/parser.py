@@ -594,7 +594,8 @@ def _named(
     """Return the declarations with names for global lists and with members in their POUs.
 
     A list of globals is named after its file. An ACTION, METHOD or PROPERTY behind a POU or
-    INTERFACE belongs to it; `errors` receives those without one.
+    INTERFACE belongs to it; `errors` receives an error for each of these without a POU or
+    INTERFACE.
     """
     result: list[Any] = []
     for one in declarations:

@@ -225,7 +225,7 @@ class _Run:
         return [one for one in values if isinstance(one, Token) and one.type in _OPENERS]
 
     def _unclosed(self, token: Token, at: int) -> Token | None:
-        """Return the innermost open group if this token ends, or begins, one around it."""
+        """Return the innermost open group if this token shows that the group lacks its end."""
         accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
         if "END_VAR" in accepted:
             starts = token.type in _STATEMENTS or token.type in _SECTIONS
@@ -393,7 +393,7 @@ class _Run:
             hint = f"write it after {str(before)!r}"
             return self._error("a ';' is missing", before, hint, after=True)
         if token.type == "$END":
-            return self._error("the file ends in the middle", before, _expectation(expected))
+            return self._error("the file ends too early", before, _expectation(expected))
         return self._error(f"{str(token)!r} is not expected here", token, _expectation(expected))
 
     def _error(

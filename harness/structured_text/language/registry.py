@@ -153,7 +153,7 @@ class Registry:
             self.pous[key] = declared
 
     def _overloads(self, declared: Declared, earlier: Declared) -> bool:
-        """Add a function that has the name of another one but other inputs; return whether."""
+        """Add a function with the name of another, if its inputs differ; return whether they do."""
         node, other = declared.node, earlier.node
         if self.dialect.name != "ax" or not isinstance(node, s.Pou) or not isinstance(other, s.Pou):
             return False
@@ -351,7 +351,7 @@ def _spans(size: int) -> Iterator[tuple[int, int]]:
 def base_name(node: s.Pou | s.TypeDecl) -> str:
     """Return the upper-case name of the block or structure that a declaration extends.
 
-    The name is that of a missing declaration if it extends another one of its own name.
+    If the declaration extends another of the same name, the result is the name of a missing one.
     """
     assert node.extends is not None
     key = last_name(node.extends)

@@ -2,8 +2,9 @@
 
 Declarations may stand in any order, and constants and types depend on each other: an array bound
 may be a constant, and the value of the constant may need a type. Each is therefore resolved on its
-first use. `under_way` has the names whose resolution has begun; to meet one again means a cycle. A
-pointer may lead to a type that contains it, so the targets of pointers are resolved last (`link`).
+first use. `under_way` has the names whose resolution has begun; if such a name occurs again, there
+is a cycle. A pointer may lead to a type that contains it, so the targets of pointers are resolved
+last (`link`).
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ class Types:
     # --- types ---
 
     def add_type(self, node: s.TypeDecl, where: Declared) -> None:
-        """Resolve a type of a TYPE … END_TYPE, unless that is done."""
+        """Resolve a type of a TYPE … END_TYPE, unless it has been resolved."""
         key = node.name.key
         if key in self.types or key in self.under_way:
             return
@@ -122,7 +123,7 @@ class Types:
             self._report(error)
 
     def type_named(self, key: str) -> Type | None:
-        """Return the type of the sources with this upper-case name; None without one."""
+        """Return the type of the sources with this upper-case name; None if there is none."""
         declared = self.registry.types.get(key)
         if declared is None and key not in self.registry.pous:
             declared = system_declaration(key) if key != QUERY else None
@@ -308,7 +309,7 @@ class Types:
             return kind, initial
         if spec.generics:
             text = f"{spec.name.text} has no VAR_GENERIC"
-            raise where.error(text, spec.at, "leave out what is in < >")
+            raise where.error(text, spec.at, "remove the < > and its values")
         self.registry.check_reachable(spec.name, where)
         key = last_name(spec.name)
         name = spec.name.text[-len(key) :]
@@ -423,7 +424,7 @@ class Types:
                 return self._global_constant(key)
             return self._of_block(node) or self._pending(node.name.key)
         if isinstance(node, s.Field) and isinstance(node.base, s.Field):
-            return self.lookup(replace(node, base=node.base.name))  # behind a namespace
+            return self.lookup(replace(node, base=node.base.name))  # after a namespace
         if isinstance(node, s.Call):
             return self._called(node)
         if not isinstance(node, s.Name):

@@ -69,7 +69,7 @@ def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
         copy.parent.mkdir(parents=True)
         copy.write_text(text, encoding="utf-8")
         lines = getattr(file, "lines", None)
-        if lines is not None:  # Extracted from a project file: use the line numbers of that file.
+        if lines is not None:  # the line numbers are those of a project file
             changed = zip(lines, text.splitlines(), strict=True)
             texts = tuple(replace(old, text=new) for old, new in changed)
             copy = Extract.make(copy, texts, unread=getattr(file, "unread", ()))

@@ -330,7 +330,7 @@ class ExpressionTerms:
         raise UnsupportedError(f"the standard function {name} is not supported")
 
     def _known(self, node: t.Standard, arguments: list[Value]) -> None:
-        """Record arithmetic with known arguments that may leave its type."""
+        """Record an operation with known arguments if its result may leave its type."""
         source, kind = node.arguments[0].type, node.type
         if not is_known(arguments[0]):
             return

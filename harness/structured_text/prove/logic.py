@@ -23,7 +23,7 @@ __all__ = [
     "truth",
 ]
 
-#: The claim holds for all values; it fails for some values; the solver did not decide.
+#: Verdicts: the claim holds for all values, fails for some values, or is undecided.
 PROVED, REFUTED, UNKNOWN = "proved", "refuted", "unknown"
 
 #: `bool` or `z3.BoolRef`.

@@ -1,4 +1,4 @@
-"""Results are saved as soon as they are there; results of other sources are refused."""
+"""Results are saved as soon as they exist, and results of other sources are refused."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ ABOUT = {"sources": "a1b2"}
 
 
 def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> ResultFile[Any, Any]:
-    """Return the results of numbers."""
+    """Return a file of results."""
     return ResultFile(file, about, **options)
 
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Return the file of the results."""
+    """Return the path of the result file."""
     return tmp_path / "out" / "results.jsonl"
 
 

@@ -1,4 +1,4 @@
-"""Values as they are written in Structured Text, and the parts of a variable."""
+"""Values are written as in Structured Text, and variables have parts."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_values_unknown_to_json_become_literals() -> None:
 
 
 def test_a_type_comes_back_from_its_description() -> None:
-    """A block as a structure: which it was is not written."""
+    """The description of a block does not name its type, so a block becomes a structure."""
     for kind in (INT, STATE, LONG, GRID, POINT):
         again = typed(described(kind))
         assert described(again) == described(kind)

@@ -22,8 +22,12 @@ def test_without_a_compiler_its_figures_are_said_to_be_missing(
     }
 
 
+@pytest.mark.exhaustive
 def test_each_program_runs_and_its_handshakes_too() -> None:
-    """The built-in engine runs them; programs that work there also work on the compilers."""
+    """The programs run on the built-in engine.
+
+    Programs that work there also work on the compilers.
+    """
     assert scan.paid("builtin", rounds=1, scans=200).area > 0
 
 

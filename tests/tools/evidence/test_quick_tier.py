@@ -1,4 +1,4 @@
-"""The score of the quick tier of the tests, beside that of all tests."""
+"""The score of the quick tier of the tests is compared with that of all tests."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _judged(*by: str) -> list[Judged]:
 
 
 def test_what_only_exhaustive_tests_find_is_counted_by_function() -> None:
-    """Quick tests find three of five; a run that does not end counts as found."""
+    """Quick tests detect three of five. A run that does not end counts as detected."""
     found = quick_tier(
         _judged(*sorted(_LATE), "tests/a.py::test_quick", "a test does not end", "t::u", ""), _LATE
     )
@@ -46,7 +46,7 @@ def test_the_report_shows_both_scores() -> None:
 
 
 def test_exhaustive_tests_run_last(repository_states: TestStates) -> None:
-    """This includes an exhaustive test that is quick and has found many mutants."""
+    """This includes an exhaustive test that is fast and has detected many mutants."""
     late, quick = "tests/a.py::test_matrix[1]", "tests/b.py::test_quick"
     seconds = {late: 0.01, quick: 5.0}
     judges = Judges(repository_states, {}, seconds, exhaustive=_LATE)
@@ -56,7 +56,7 @@ def test_exhaustive_tests_run_last(repository_states: TestStates) -> None:
 
 @pytest.fixture
 def repository_states(tmp_path_factory: pytest.TempPathFactory) -> TestStates:
-    """Return the states of no tests."""
+    """Return no states of tests."""
     return TestStates(tmp_path_factory.getbasetemp())
 
 

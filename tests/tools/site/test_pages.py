@@ -1,4 +1,4 @@
-"""The sources of the site, its lock file, and what its check finds."""
+"""The site has its sources and its lock file, and its check detects faults."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from rcx_tools.site.bundle import bundle
 from rcx_tools.site.checked import problems
 from rcx_tools.site.pages import staged
 from rcx_tools.site.programs import FIRST, block_jobs
+
+pytestmark = pytest.mark.exhaustive
 
 _HERE = Path("harness/rcx_tools/site")
 

@@ -1,4 +1,4 @@
-"""The scripts of the page under node: reading, searching, cursors, which level is drawn."""
+"""The scripts of the page work under node: reading, searching, cursors, choice of the level."""
 
 from __future__ import annotations
 

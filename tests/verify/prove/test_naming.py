@@ -1,4 +1,4 @@
-"""The solver's results in the words of the program."""
+"""The solver's results are shown in the words of the program."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> tuple[ProgramMachine, N
         (("MAIN", "WORK", "WAITS", 1), 1_500_000_000, "Main.Work.Waits[2] = T#1500ms"),
         (("MAIN", "MASK"), 0x8020, "Main.Mask = 16#8020"),
         (("MAIN", "LATE", "Q"), True, "Main.Late.Q = TRUE"),
-        (("MAIN", "LATE", "phase"), 1, ""),  # inside of the timer: no variable of the program
+        (("MAIN", "LATE", "phase"), 1, ""),  # inside the timer: not a variable of the program
     ],
 )
 def test_variables_have_their_declared_names_and_literals(

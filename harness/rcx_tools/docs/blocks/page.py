@@ -167,7 +167,7 @@ def _choices(name: str) -> Iterator[str]:
     for choice in _alternatives():
         if name in choice:
             for other, text in ((name, choice[name]), *choice.items()):
-                rows.setdefault(other, text)  # the first choice says it in general
+                rows.setdefault(other, text)  # the first choice is the general description
     if not rows:
         return
     yield "\n## When to use it\n\n| Block | What it does |\n|---|---|"

@@ -91,7 +91,7 @@ def run_snippet(snippet: Snippet, *, engine: str = "builtin") -> Run:
     """Run an example, as generated now, until its block has ended.
 
     Raises:
-        InputError: it does not end as its page says, or a rule is broken.
+        InputError: the block does not end as described on its page, or a rule is broken.
     """
     files = (snippet.path, snippet.stimulus_path)
     texts = (program(snippet), stimulus(snippet))

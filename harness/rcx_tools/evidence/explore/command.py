@@ -71,7 +71,7 @@ class Item:
 
 
 def items(models: Iterable[AnyModel]) -> list[Item]:
-    """Return all items, so that no long one comes last.
+    """Return all items, the long ones first.
 
     Models on one robot come first, beginning with the most choices.
     """

@@ -45,7 +45,7 @@ class Module:
         executed = bodies(rules_of(project.dialect))
         self.names.update({f"body_{name}": found for name, found in executed.items()})
         self._noted: set[str] = set()
-        # The length is bounded, because calls of instances that nobody observes are recorded, too.
+        # The length is bounded, because calls of instances that no user observes are recorded, too.
         self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
 
         def made() -> Code:
@@ -62,7 +62,7 @@ class Module:
         """Replace the functions of these blocks by ones that record each call.
 
         Returns:
-            The calls, each as the identity of the instance and that of the variable or 0.
+            The calls, each with the identity of the instance, and of the variable or 0.
         """
         for name, place in blocks.items():
             if name not in self._noted and f"f_{name}" in self.names:
@@ -84,7 +84,7 @@ class Module:
         return None if found is None else self._origin(found)
 
     def running(self, frame: FrameType | None) -> Iterator[tuple[str, int]]:
-        """Yield file and line of the statements that run in a frame and in those that called it."""
+        """Yield file and line of the statements that run in a frame and in its callers."""
         while frame is not None:
             if frame.f_code.co_filename == self._code.file:
                 found = self._origin(frame.f_lineno)
@@ -99,7 +99,7 @@ class Module:
 
     @contextmanager
     def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
-        """Let the calls of one instance of a block, by identity, do nothing but be reported."""
+        """Skip the calls of an instance of a block, given by its identity; only report them."""
         keys = [f"{kind}_{block.upper()}" for kind in ("f", "body")]
         before = {key: self.names[key] for key in keys if key in self.names}
 

@@ -218,7 +218,7 @@ _DECIMAL = re.compile(r"\s*[-+]?[0-9]*\.[0-9]*(?:[eE][-+]?[0-9]+)?")
 
 
 def _string_to_int(text: str) -> int:
-    """Return the number at the start of a text, in decimal or as 16#..; 0 without a number."""
+    """Return the number at the start of a text, in decimal or as 16#..; 0 if there is none."""
     based = _BASED.match(text)
     if based is not None:
         try:

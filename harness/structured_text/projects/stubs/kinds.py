@@ -1,4 +1,4 @@
-"""What a missing name stands for: a block, a structure, an enumeration, a function, a list."""
+"""Classification of missing names: block, structure, enumeration, function or list."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _TYPE_OF_LITERAL = {
 
 
 class Mentions:
-    """How the names of missing types are used, by names alone, as no type is known yet."""
+    """The uses of missing names; they are compared as text, because no type is known yet."""
 
     def __init__(self, sources: Iterable[s.Source]) -> None:
         self._types: dict[str, set[str]] = {}
@@ -120,7 +120,7 @@ class Mentions:
         return Stub(name, STRUCT if _STRUCT_NAME.match(name) else ALIAS)
 
     def name_stub(self, name: str) -> Stub:
-        """Return the stub of an undeclared name that stands before a dot."""
+        """Return the stub of an undeclared name before a dot: an enumeration, or a global list."""
         return Stub(name, ENUM if name.upper() in self._types else LIST)
 
     def is_base(self, name: str) -> bool:

@@ -42,7 +42,7 @@ _NUMBERS = (
 #: The key of an argument without a name.
 _POSITION = re.compile(r"P(\d+)")
 _REALS = ("REAL", "LREAL")
-#: Types by the beginning of a name, as TwinCAT and CODESYS users write it, without a use.
+#: Types by the prefix of a name, as TwinCAT and CODESYS users write it, if no use shows a type.
 _BY_NAME = (
     ("by", "BYTE"),
     ("dw", "DWORD"),
@@ -109,7 +109,7 @@ class Pin:
 
     @property
     def type(self) -> str:
-        """Return the inferred type: wide enough for what is given, else as narrow as required."""
+        """Return the inferred type: wide enough for given values, else as narrow as required."""
         known = self.given or self.wanted
         for order in (_INTEGERS, _BITS, _NUMBERS, _REALS):
             if known and all(kind in order for kind in known):
@@ -172,7 +172,7 @@ class Stub:
     number: int = 0
 
     def input(self, name: str) -> Pin:
-        """Return an input; a pin that was an output becomes one."""
+        """Return an input; an output of this name becomes an input."""
         key = name.upper()
         if key in self.in_outs:
             return self.in_outs[key]
@@ -181,7 +181,7 @@ class Stub:
         return self.inputs.setdefault(key, Pin(name))
 
     def output(self, name: str) -> Pin:
-        """Return an output; the input of this name if there is one."""
+        """Return an output, or the input of this name if it exists."""
         for known in (self.inputs, self.in_outs):
             if name.upper() in known:
                 return known[name.upper()]

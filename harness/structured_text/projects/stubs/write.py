@@ -21,7 +21,7 @@ from structured_text.projects.stubs.uses import Uses
 
 __all__ = ["Stubs", "infer_stubs"]
 
-#: Largest number of passes: each one may find names that the stubs of the one before made visible.
+#: Largest number of passes. The stubs of a pass can reveal further missing names.
 _PASSES = 10
 _HEAD = (
     "(* An interface without statements, inferred from its use by `{command} check --stubs`.\n"

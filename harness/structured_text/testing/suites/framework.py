@@ -91,7 +91,7 @@ class Framework:
         return replace(files, own=own, lib=(*files.lib, *parts)), titles
 
     def _started(self, own: Sequence[Path]) -> list[Path]:
-        """Return a configuration of the programs that run suites, where several have no task."""
+        """Return a configuration of all programs that run suites, if several lack a task."""
         programs: list[tuple[str, str, Path]] = []
         for file in own:
             try:

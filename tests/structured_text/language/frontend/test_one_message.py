@@ -1,6 +1,6 @@
 """Each mistake gives one message, at the place that the user must change.
 
-The lines and columns are counted by hand; the remedies are the words of IEC 61131-3.
+Lines and columns are counted by hand. The remedies use the words of IEC 61131-3.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Errors = Callable[..., list[InputError]]
 
 _IF = "the IF of this line has no END_IF"
 
-#: Statements from line 3 on: line and column of the message, its text, and its hint.
+#: Statements from line 3 on, with the message: its line and column, its text, and its hint.
 _STATEMENTS = [
     # The end of a group is missing.
     ("IF B THEN\n I := 1;", 3, 1, _IF, "write END_IF before the END_PROGRAM of line 5"),
@@ -31,13 +31,13 @@ _STATEMENTS = [
     # ELSE IF.
     ("IF B THEN\n I := 1;\nELSE IF I = 2 THEN\n I := 3;\nEND_IF;", 5, 1,
      "ELSE IF opens a second IF, so the IF of line 3 has no END_IF", "write ELSIF"),
-    # The end of another kind, and words of other languages.
+    # A group has the end of another kind, or a word of another language.
     ("IF B THEN\n I := 1;\nEND_WHILE;", 5, 1, "END_WHILE does not end the IF of line 3",
      "write END_IF"),
     ("IF B THEN\n I := 1;\nELSEIF I = 2 THEN\n I := 2;\nEND_IF;", 5, 1,
      "ELSEIF is not a word of Structured Text", "write ELSIF"),
     ("IF B THEN\n I := 1;\nENDIF;", 5, 1, "ENDIF is not a word of Structured Text", "write END_IF"),
-    # Signs and words that are missing, or are those of C.
+    # Characters or words are missing or are those of C.
     ("IF I = 1\n I := 2;\nEND_IF;", 3, 9, "THEN is missing", "write it after '1'"),
     ("FOR I := 1 TO 3\n B := TRUE;\nEND_FOR;", 3, 16, "DO is missing", "write it after '3'"),
     ("I = 1;", 3, 3, "= compares, and does not assign", "write :="),
@@ -71,7 +71,7 @@ def test_a_mistake_in_a_body_is_one_message(
 
 
 def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
-    """Both groups are named, and the next POU is read.
+    """Both groups are reported, and the next POU is read.
 
     Source: by hand.
     """
@@ -100,7 +100,7 @@ def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
 def test_a_declaration_without_its_end_is_named(
     source: str, line: int, message: str, mistakes_of: Errors
 ) -> None:
-    """The program behind it is read.
+    """The next program is read.
 
     Source: by hand.
     """
