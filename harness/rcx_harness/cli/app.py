@@ -46,7 +46,7 @@ PANELS = {
             "controller."
         ),
         "probe": (
-            "Check at a real controller what the virtual one assumes; you confirm each step."
+            "Check the assumptions of the virtual controller at a real one; you confirm each step."
         ),
         "compare": (
             "Feed a recording to the virtual controller, and show where the real controller "
