@@ -54,7 +54,7 @@ def test_the_last_telegram_is_shown_in_plain_words() -> None:
     ]
     answered = b"\x00\x02" + bytes(46)
     assert list(telegram_lines(answered, request))[1] == "  normal end"
-    assert list(telegram_lines(bytes(48), bytes(48))) == ["  no command, ready for one"]
+    assert list(telegram_lines(bytes(48), bytes(48))) == ["  no command, ready for a command"]
     alarm = b"\x00\x40\x0c\x00\x58\x02" + bytes(42)
     (line,) = telegram_lines(alarm, None)
     assert line.startswith("  remote status 16#4000: abnormal end, alarm 12.600")

@@ -112,7 +112,7 @@ def execute(one: Instruction, task: Running, world: World) -> int:
     """Execute one instruction.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: the execution fails; the program gets the alarm with this number.
     """
     return _FUNCTIONS[one.kind](one, task, world)
 

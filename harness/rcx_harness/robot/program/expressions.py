@@ -86,7 +86,7 @@ def evaluate(node: Node, world: Surroundings, scope: Scope) -> Any:
     """Return the value of an expression.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: the evaluation fails; the program gets the alarm with this number.
     """
     return _EVALUATORS[node.kind](node.args, world, scope)
 
@@ -110,7 +110,7 @@ def assign(target: Node, source: Node, world: Surroundings, scope: Scope) -> Non
     """Assign the value of an expression to a variable, an output, a point, a shift or a hand.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: the assignment fails; the program gets the alarm with this number.
     """
     value = evaluate(source, world, scope)
     config = world.config

@@ -70,7 +70,7 @@ def write_recording(
     """Write the recording of a cell's program.
 
     The cell may be closed. `settings` are the arguments of the `Cell.build` that built it. Files
-    below `folder` are named relative to it. `failed` says in one line what went wrong.
+    below `folder` are named relative to it. `failed` is the reason of the failure in one line.
     """
     given = settings["program"]
     named = [given] if isinstance(given, (str, Path)) else given
@@ -103,7 +103,7 @@ def write_recording(
 
 
 def is_recording(file: Path) -> bool:
-    """Return whether a file begins as a recording does."""
+    """Return whether a file has the beginning of a recording."""
     try:
         with open_file(file, OTHER) as stream:
             return stream.read(len(FORMAT) + 12).startswith(b'{"format":"rcx-recording/')
@@ -115,7 +115,7 @@ def opened(file: Path) -> tuple[CellTape, str, str]:
     """Return the program of a recording at its start.
 
     Returns:
-        The program, a notice for the user, and what went wrong at the end of the test.
+        The program, a notice for the user, and the reason of the failure at the end of the test.
 
     Raises:
         InputError: The file is not a recording, or its sources have changed since. One message
