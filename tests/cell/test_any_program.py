@@ -84,7 +84,7 @@ def test_no_program_can_break_the_interval_or_the_handshake(program: Program, se
         cell.scan()
     program.restore(fresh)
     assert not cell.violations
-    assert cell.commands, "and some work was done"
+    assert cell.commands, "the program did some work"
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -140,7 +140,7 @@ def test_enumerations_are_numbers_with_their_names(files: Mapping[str, str]) -> 
 
 
 def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
-    """These are a type that the tool lacks, the blocks that need it, and located variables."""
+    """The messages name a missing type, the blocks that need it, and located variables."""
     program = tmp_path / "Own.st"
     program.write_text(
         "FUNCTION_BLOCK FB_Count\n  VAR_OUTPUT\n    Total : LINT;\n  END_VAR\n"

@@ -92,7 +92,7 @@ def test_without_write_nothing_is_written(scan: Run, adapter: Adapter) -> None:
     assert scan(duration="50ms") == 0
     assert adapter.shared.to_robot.read() == before
     assert adapter.shared.to_robot.version == version
-    assert adapter.shared.status().generation == generation, "it has been an owner"
+    assert adapter.shared.status().generation == generation, "the scanner has been an owner"
 
 
 def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured) -> None:
@@ -273,7 +273,7 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_wrong_options_are_reported_before_anything_is_sent(
     capsys: Captured, monkeypatch: pytest.MonkeyPatch, options: list[str], message: str
 ) -> None:
-    monkeypatch.setattr(cli_scan, "look", lambda options, tell: pytest.fail("it was asked"))
+    monkeypatch.setattr(cli_scan, "look", lambda options, tell: pytest.fail("the scan was started"))
     assert main(["scan", "127.0.0.1", *options]) == 2
     error = capsys.readouterr().err
     assert error.startswith(f"rcx: {message}")
@@ -425,7 +425,7 @@ def test_a_wrong_value_to_write_is_bad_input(entry: str, message: str) -> None:
     with pytest.raises(InputError) as refused:
         output_image([entry], 48)
     assert message in str(refused.value)
-    assert "SOW" not in str(refused.value), "an output is no remedy"
+    assert "SOW" not in str(refused.value), "the hint must not name an output word"
 
 
 @pytest.mark.exhaustive

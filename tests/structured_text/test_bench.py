@@ -113,7 +113,7 @@ def test_each_run_gives_the_same_trace(lamp: Path, tmp_path: Path) -> None:
             bench.run("60ms")
     header, *lines = map(json.loads, files[0].read_text().splitlines())
     assert header["scan_us"] == 10_000
-    assert "size" not in header, "it has no areas"
+    assert "size" not in header, "the program has no areas"
     assert [one["vars"]["Main.Lamp"] for one in lines] == [False] * 5 + [True]
     assert lines[5] == {"t_us": 50_000, "scan": 5, "vars": {"Main.Go": True, "Main.Lamp": True}}
     assert files[0].read_bytes() == files[1].read_bytes()

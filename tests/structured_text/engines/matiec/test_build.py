@@ -47,7 +47,7 @@ def test_a_program_is_compiled_once_and_then_taken_from_the_cache(
 
 
 def _forbidden(*_: object) -> None:
-    raise AssertionError("compiled again")
+    raise AssertionError("the program was compiled again")
 
 
 def test_any_change_compiles_anew(cache: Path, matiec: Matiec, compiler: str) -> None:
