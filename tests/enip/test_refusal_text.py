@@ -134,7 +134,7 @@ def test_the_second_master_learns_who_the_first_is(make_bench: Any) -> None:
     texts = said(make_bench, forward_open(), forward_open(triad=OTHER))
     assert texts == [
         f"{USUAL}0x0106, another master owns the outputs; 192.168.0.10 is its master: disconnect "
-        "that one or wait for its time-out, or only read, by connection point 3 (input only)"
+        "it or wait for its time-out, or only read, by connection point 3 (input only)"
     ]
 
 

@@ -88,7 +88,7 @@ def test_a_stimulus_sets_inputs_for_a_time_and_stops_the_plc(lamp: Path, tmp_pat
         ('{ time = "1s", plc = "halt" }', r":2: unknown event 'halt'"),
         (
             '{ time = "1s", plc = { event = "run", start = "hot" } }',
-            r":2: start = 'hot' is not a start",
+            r":2: start = 'hot' is not a kind of start",
         ),
         (
             '{ time = "1s", plc = { event = "overrun", by = "1s", x = 1 } }',

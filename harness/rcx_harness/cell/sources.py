@@ -28,7 +28,7 @@ def source_files(
     """Find the files of a program, and those of the library that it needs.
 
     Args:
-        program: As for `source_files` of `structured_text.projects.sources`.
+        program: The same as in `source_files` of `structured_text.projects.sources`.
         lib: Folder of the library, searched with its subfolders; None: the library of this package.
         replace: Files with Structured Text for POUs of a project, by name.
         dialect: The PLC tool whose behaviour the program gets; None: the tool of its format.

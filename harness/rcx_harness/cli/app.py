@@ -36,7 +36,7 @@ PANELS = {
         ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
-            "Write the library for a PLC tool; `docs/how-to/export.md` says what was checked."
+            "Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each."
         ),
     },
     "Robot": {
@@ -46,7 +46,7 @@ PANELS = {
             "controller."
         ),
         "probe": (
-            "Check at a real controller what the virtual one assumes; you confirm each step."
+            "Check the assumptions of the virtual controller at a real one; you confirm each step."
         ),
         "compare": (
             "Feed a recording to the virtual controller, and show where the real controller "

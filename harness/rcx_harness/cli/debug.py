@@ -184,11 +184,11 @@ def _token() -> tuple[str, str]:
     """Return the token of the port, and a line that tells the user where a client gets it."""
     if not (token := os.environ.get(_TOKEN, "")):
         token = token_urlsafe()
-        return token, f'its launch has to name this token: "token": "{token}"'
+        return token, f'its launch must contain this token: "token": "{token}"'
     if len(token) < _TOKEN_LENGTH:
         hint = f"give at least {_TOKEN_LENGTH} characters, or leave it out"
         raise InputError(f"{_TOKEN} is too short for a token", hint=hint)
-    return token, f'its launch has to name the token of {_TOKEN}: "token": "..."'
+    return token, f'its launch must contain the token of {_TOKEN}: "token": "..."'
 
 
 def _write_extension(folder: Path) -> None:

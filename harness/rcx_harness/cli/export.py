@@ -45,7 +45,7 @@ def export(
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
 ) -> None:
-    """Write the library for a PLC tool; `docs/how-to/export.md` has the state of each target.
+    """Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each.
 
     Exit code: 0; 1 if a part cannot be exported (nothing is written without
     `--allow-missing`); 2 on errors in the sources or if the output exists.

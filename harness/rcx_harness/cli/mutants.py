@@ -90,7 +90,7 @@ def mutants(given: Options) -> None:
     sources, run = source_files(given.files, given.lib), PytestCommand.of(given.word, Path.cwd())
     work = UserMutants(sources, run, written)
     console = Console(stderr=True)
-    with console.status("the tests, with the program as it is ..."):
+    with console.status("running the tests with the unchanged program ..."):
         tests = work.baseline()
     until = None if given.minutes is None else started + 60 * given.minutes
     results = Results(given.folder / "mutants.jsonl", fresh=given.fresh, is_whole=is_outcome)

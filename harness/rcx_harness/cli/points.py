@@ -195,7 +195,7 @@ def _check_options(
         raise InputError("--numbers is for backup and compare only", hint="use --kind")
     if action is Action.restore and not write:
         hint = "look at the differences with compare, then add --write"
-        raise InputError("restore changes what the controller stores", hint=hint)
+        raise InputError("restore changes the data of the controller", hint=hint)
     if action is Action.compare and write:
         raise InputError("--write is for restore only")
 

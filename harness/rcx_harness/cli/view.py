@@ -1,4 +1,4 @@
-"""`rcx view`: a recording as a page to look at."""
+"""`rcx view`: write a recording as a page for a browser."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
     elif answer[0] != READY:
         yield f"  no command; remote status {format_word(answer[0])}: {response_text(0, answer)}"
     else:
-        yield "  no command, ready for one"
+        yield "  no command, ready for a command"
 
 
 def change_lines(before: bytes, after: bytes, letter: str) -> Iterator[str]:

@@ -490,7 +490,7 @@ def _keep_hand(
     """Check that a curve keeps the hand system and does not come too near to the stretched arm.
 
     Raises:
-        CommandError: the curve or its end violates one of both.
+        CommandError: the curve or its end violates one of these conditions.
     """
     bends = [bend for pulses in every if (bend := frame.bend(pulses)) is not None]
     if not bends:

@@ -201,7 +201,7 @@ class ContractMonitor:
         self._seen = None
 
     def begin(self) -> None:
-        """Begin after a start of the PLC: an instance in VAR RETAIN has kept its outputs."""
+        """Begin after a start of the PLC: an instance in VAR RETAIN still has its outputs."""
         pins = iter(self._look())
         for instance in self.instances:
             instance.begin(tuple(islice(pins, len(instance.read))))

@@ -42,7 +42,7 @@ def test_a_case_of_texts_calls_no_function_several_times(mistakes_of: Mistakes) 
     )
     assert (error.message, error.hint) == (
         "a CASE of texts needs a variable",
-        "assign the result to one first",
+        "assign the result to a variable first",
     )
 
 

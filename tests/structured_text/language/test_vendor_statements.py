@@ -157,7 +157,7 @@ def test_coverage_does_not_change_what_they_do(
         ("F1(ENO => 3);", "is not expected here"),
         ("F1(ENO => I);", "a INT is expected here|expected here, not a BOOL"),
         ("I := (B := 3);", "a BOOL is expected here"),
-        ("IF (I := 3) THEN ; END_IF;", "a BOOL is expected here, not a INT"),
+        ("IF (I := 3) THEN ; END_IF;", ":= assigns, and does not compare"),
         ("I := (A := 3);", "expected here"),
         ("I := (F_Inc := 3);", "F_Inc"),
         ("B := (W.3 := TRUE);", "a bit is not assigned inside an expression"),

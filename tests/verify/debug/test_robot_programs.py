@@ -74,7 +74,7 @@ def test_what_cannot_be_a_breakpoint_is_refused(shaking: Start) -> None:
         ({"condition": "N% >"}, "'N% >' is not an expression of the robot language; write it as"),
         ({"condition": "ARM"}, "'ARM' is not an expression"),
         ({"condition": "SI(20)=1,500"}, "'SI(20)=1,500' is not an expression"),
-        ({"logMessage": "here"}, "a message works in Structured Text only"),
+        ({"logMessage": "here"}, "logpoints are possible in Structured Text only"),
         ({"hitCondition": "often"}, "'often' is not a count of hits"),
     ):
         (found,) = editor.set(MAIN, {"line": 5, **wanted})

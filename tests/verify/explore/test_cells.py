@@ -133,7 +133,7 @@ def test_a_key_that_leaves_out_too_much_is_noticed(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(CellStates, "__init__", noted)
     monkeypatch.setattr(CellStates, "key", key)
     monkeypatch.setattr(CellStates, "freeze_with_key", lambda self: (self.freeze(), key(self)))
-    with pytest.raises(InputError, match="cannot be told apart"):
+    with pytest.raises(InputError, match="cannot be distinguished"):
         explore_cell(_settings(inputs={"Main.Cancel": []}))
 
 

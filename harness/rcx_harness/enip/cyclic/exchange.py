@@ -393,8 +393,8 @@ class Exchange:
     def _produce(self, production: _Production, now_us: int, send: Send) -> None:
         producer = production.producer
         run = self._images.run
-        # Read the version first. Data that is written in between is then sent as new again, not
-        # missed.
+        # Read the version first. Data that is written in between is then sent again as new data; in
+        # the other order it would be missed.
         version = self._source.version
         if producer.is_new(version, run):
             producer.renew(self._source.read(), version, run)

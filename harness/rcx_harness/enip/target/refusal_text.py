@@ -91,7 +91,7 @@ def _remedy(request: ForwardOpen, refusal: Refusal, facts: Facts) -> str:
         return _from_controller(request, facts)
     if code == ExtendedStatus.OWNERSHIP_CONFLICT:
         return (
-            f"{facts.owner} is its master: disconnect that one or wait for its time-out, "
+            f"{facts.owner} is its master: disconnect it or wait for its time-out, "
             f"or only read, by connection point {_POINTS[ConnectionKind.INPUT_ONLY]} (input only)"
         )
     if code in (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE):

@@ -148,7 +148,7 @@ class Asker:
         self._changed_us = -_INTERVAL_US
         self._decides: Mapping[str, tuple[str, ...]] = {}
 
-    # What was found.
+    # Reports of findings.
 
     def begin(self, decides: Mapping[str, tuple[str, ...]]) -> None:
         """Assign all further findings to these rules and their keys."""

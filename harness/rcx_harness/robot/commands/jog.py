@@ -26,7 +26,7 @@ class Jog(Moving):
     """A jog: the axis moves until the stop input goes OFF, at most to a soft limit.
 
     The stop is an abnormal end that shows the position. At the limit the jog ends with 2.334, or
-    normally if `jog_limit` says so.
+    normally if `jog_limit` is set so.
     """
 
     def __init__(self, machine: Machine, call: Call) -> None:

@@ -25,7 +25,7 @@ from rcx_harness.robot.program.values import (
 )
 from rcx_harness.robot.stored import COUNTS, Hand, Point, variable_number
 
-__all__ = ["FUNCTIONS", "Scope", "Surroundings", "assign", "evaluate", "inputs_only"]
+__all__ = ["FUNCTIONS", "Scope", "Surroundings", "assign", "evaluate", "inputs_only", "is_true"]
 
 _SCALE = 1000
 
@@ -86,9 +86,14 @@ def evaluate(node: Node, world: Surroundings, scope: Scope) -> Any:
     """Return the value of an expression.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: the evaluation fails; the program gets the alarm with this number.
     """
     return _EVALUATORS[node.kind](node.args, world, scope)
+
+
+def is_true(condition: Node, world: Surroundings, scope: Scope) -> bool:
+    """Return whether a condition is true: any number but 0."""
+    return number_of(evaluate(condition, world, scope), world.config) != 0
 
 
 def inputs_only(node: Node) -> bool:
@@ -105,7 +110,7 @@ def assign(target: Node, source: Node, world: Surroundings, scope: Scope) -> Non
     """Assign the value of an expression to a variable, an output, a point, a shift or a hand.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: the assignment fails; the program gets the alarm with this number.
     """
     value = evaluate(source, world, scope)
     config = world.config

@@ -76,7 +76,7 @@ def request(one: Instruction, world: Surroundings, scope: Scope) -> Request:
     """Return the remote command that does the same as a statement.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: an argument is invalid; the program gets the alarm with this number.
     """
     return _REQUESTS[one.kind](one, world, scope)
 

@@ -38,7 +38,7 @@ def convert(name: str, value: Value, config: RobotConfig, *, integers: bool) -> 
 
 
 def integer(value: Value, config: RobotConfig) -> int:
-    """Return a number as an integer of 32 bits, rounded as the configuration says.
+    """Return a number as an integer of 32 bits, rounded as configured.
 
     Raises:
         CommandError: it is not a number, or it is too large.

@@ -33,8 +33,8 @@ class Word:
         group: Its group, such as `flow`.
         form: How it is written.
         source: `guide`, `public` or `assumed`.
-        text: What it does here.
-        instead: What to write instead; only for words that are not executed.
+        text: Its effect in this controller.
+        instead: The replacement for a word that is not executed.
     """
 
     name: str

@@ -249,7 +249,7 @@ class _CellWorld(World[CellChoice]):
         ways = [list(self._way(state, choice)) for state in (one, other)]
         if ways[0] != ways[1]:
             raise InputError(
-                "the states of this cell cannot be told apart",
+                "the states of this cell cannot be distinguished",
                 hint="please report it with the cell; nothing is said about its rules",
             )
 

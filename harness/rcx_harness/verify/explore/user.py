@@ -245,7 +245,7 @@ class _Program(World[Choice]):
         if there != following or broken:
             where = "; ".join(self._state.differences(there, following)) or "a monitor"
             raise InputError(
-                f"the states of this program cannot be told apart: {where}",
+                f"the states of this program cannot be distinguished: {where}",
                 hint="please report it with the program; nothing is said about its rules",
             )
 

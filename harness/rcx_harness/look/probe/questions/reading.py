@@ -151,7 +151,7 @@ def position_flags(ask: Asker) -> None:
     },
 )
 def command_times(ask: Asker) -> None:
-    """How long do its answers to remote commands take?"""
+    """How long do answers to remote commands take?"""
     answers = [ask.command("ReadVersion") for _ in range(_REPEATS)]
     ran = [one for one in answers if one.ran]
     text = f"0x0100 was seen in {len(ran)} of {_REPEATS} references"
