@@ -79,7 +79,7 @@ def test_a_package_has_the_rooms_of_its_plan_and_at_most_14(rooms: Graph, house:
 def test_a_room_imports_only_rooms_further_down_on_at_most_9_floors(
     rooms: Graph, house: str
 ) -> None:
-    """Therefore robot and enip do not import each other.
+    """A room imports only rooms below it; robot and enip do not import each other.
 
     Source: docs/explanation/architecture.md, the arrows.
     """

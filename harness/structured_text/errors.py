@@ -133,7 +133,7 @@ def near(name: str, known: Iterable[str], every: str = "there are") -> str:
     if len(listed) <= _LISTED:
         return f"{every} {listed}"
     nearest = ", ".join(get_close_matches(name, names, cutoff=0.0))
-    return f"the nearest of {len(names)} are {nearest}"
+    return f"the most similar of {len(names)} are {nearest}"
 
 
 def refused(error: OSError) -> InputError:

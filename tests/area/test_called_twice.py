@@ -245,7 +245,7 @@ def test_without_reading_only_the_safety_inputs_can_be_taken_away(twin: str) -> 
     plc.change("First.Execute", to=True, scans=5)
     assert plc["WriteArea.ErrorID"] == 0x8037
     assert (plc.words[0], plc.inputs) == (0, ["SI00", "SI06"])
-    assert plc["First.ErrorID"] == 0x8017, "nor is it the scan of a block"
+    assert plc["First.ErrorID"] == 0x8017, "and the second area has no scan of a block"
     plc.change("Okay", to=False)
     assert plc.inputs == []
 
@@ -260,7 +260,7 @@ def test_without_writing_the_blocks_end_and_reading_says_why(twin: str) -> None:
 
 
 def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -> None:
-    """Its timers do not include the changes by the other instance.
+    """The timers of an instance do not include changes by the other instance.
 
     Source: chapter 5, 3, caution.
     """

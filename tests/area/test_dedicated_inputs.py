@@ -235,4 +235,4 @@ def test_a_turn_whose_block_was_not_called_passes_to_the_first_that_was(
     assert found["Serving"] == lowest
     assert found["Holder"] == (0x12 if serving == lowest else 0)
     assert found["NextTicket"] == next_ticket
-    assert found["Lowest"] == next_ticket, "nobody has been seen in the next scan"
+    assert found["Lowest"] == next_ticket, "no block was called in the next scan"

@@ -279,7 +279,7 @@ def test_a_running_command_is_never_disturbed_by_a_general_purpose_write() -> No
     plc.answer(0x0200)
     look(1)
     general = [0, *plc["Robot.Inner.General"][1:]]
-    assert plc.words == [0x0000, *general], "the status reset lets them out"
+    assert plc.words == [0x0000, *general], "the status reset releases the words"
     assert general[13] == (-plc.now_us + 10_000) & 0xFFFF
 
 
@@ -292,7 +292,7 @@ def test_what_is_written_during_a_command_goes_out_after_it() -> None:
     plc.answer(0x0200, scans=1)
     assert plc.words == [0, *[0] * 6, 0xBEEF, *[0] * 8]
     plc.answer(0, scans=5)
-    assert _written(plc, 7) == 0xBEEF, "and stays until something else is written"
+    assert _written(plc, 7) == 0xBEEF, "the word stays until it is written again"
 
 
 def test_word_1_belongs_to_the_commands_alone() -> None:

@@ -97,7 +97,7 @@ def test_a_command_whose_block_is_no_longer_called_is_held_to_its_end() -> None:
     assert plc["Second.Active"]
     plc.change("CallFirst", to=True)
     assert plc["First.ErrorID"] == 0x8013
-    assert plc["Second.Active"], "the late comer disturbs nobody"
+    assert plc["Second.Active"], "a late request changes nothing"
 
 
 def test_data_of_a_block_that_is_no_longer_called_never_becomes_a_command() -> None:
@@ -190,7 +190,9 @@ def test_a_block_that_gives_up_with_its_data_out_hands_no_data_to_the_next_code(
     assert plc.words == [0x0000, *MOVE]
     plc.scan()
     assert plc["First.ErrorID"] == 0x8015
-    assert plc.words == [0x0000, 0x0001, *[0] * 14], "the second one's data, one scan alone"
+    assert plc.words == [0x0000, 0x0001, *[0] * 14], (
+        "data of the second command, one scan before its code"
+    )
     plc.scan()
     assert plc.words == [0x0501, 0x0001, *[0] * 14]
 
@@ -218,7 +220,10 @@ _STATUSES = (0x0000, 0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000, 0x0300, 0x8
 def test_an_output_without_end_whose_block_has_gone_is_ended(
     alone: Alone, serving: int, lowest: int
 ) -> None:
-    """This includes the last ticket number before the numbers restart. Source: guide 4.7.4."""
+    """The status reset ends such an output, also for the last ticket before the numbers restart.
+
+    Source: guide 4.7.4.
+    """
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     alone["Robot.Inner.Code"], alone["Robot.Inner.Data[1]"] = 0x0505, 0x0001
     for now in (0, 50, 60):

@@ -117,7 +117,7 @@ def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_
     plc.change(f"{block}.Execute", to=False)
     assert plc.inputs == kept
     plc.scan(30)
-    assert plc.inputs == kept, "it is held"
+    assert plc.inputs == kept, "the stop is held"
     release = {"Halt": "Release", "Stop": "Go"}[block]
     plc.change(f"{release}.Execute", to=True, scans=30)
     assert plc[f"{release}.ErrorID"] == OUT_OF_PLACE
@@ -327,7 +327,7 @@ def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str
 def test_a_relative_movement_goes_its_way_once_or_not_at_all(
     moved: Callable[[str, str, int], Cell], engine: str, skip: str
 ) -> None:
-    """This holds with and without status 0x0100.
+    """A relative movement is made once or not at all, with and without status 0x0100.
 
     Place 3 is between the area blocks of another robot.
 

@@ -138,7 +138,7 @@ END_PROGRAM
     ("block", "image"), [("FB_ReadArea", "InputArea"), ("FB_ReadAreaWords", "InputWords")]
 )
 def test_connected_left_open_is_no_connection(block: str, image: str) -> None:
-    """Otherwise a lost link would not be noticed. The pin is FALSE until it is wired.
+    """The pin Connected is FALSE until it is wired, because a lost link would not be noticed.
 
     Source: manual chapter 1, 5.2: communication is disabled in the connection error state.
     """

@@ -78,7 +78,9 @@ def test_an_odd_offset_is_refused_in_an_image_of_words(offset: int) -> None:
     assert plc["RobotW.Connected"] is False
     assert plc["RobotW.SO.SO01_CpuOk"] is False
     assert plc.word_image == bytes([0xA5] * 512)
-    assert plc["ReadArea.ErrorID"] == plc["WriteArea.ErrorID"] == 0, "bytes may lie anywhere"
+    assert plc["ReadArea.ErrorID"] == plc["WriteArea.ErrorID"] == 0, (
+        "an area of bytes may begin anywhere"
+    )
 
 
 @pytest.mark.parametrize(
@@ -127,7 +129,7 @@ def test_a_smaller_image_is_told_by_its_size_in_bytes() -> None:
 
 @pytest.mark.parametrize("size", [0, 47, -32768])
 def test_no_area_lies_in_an_image_that_is_too_small(size: int) -> None:
-    """This also holds if the image's size minus the area's size does not fit into an INT."""
+    """A small image is refused even if its size minus the area's size does not fit into an INT."""
     plc = AreasBench(m=0, n=0)
     plc.change("ReadArea.ImageSize", "WriteArea.ImageSize", to=size)
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8031

@@ -261,6 +261,6 @@ def wait_for(running: Running, wanted: State) -> tuple[float, State, str]:
     """Return the next report of this state."""
     while True:
         news = running.news.get(timeout=60)
-        assert news is not None, "it has ended"
+        assert news is not None, "the command has ended"
         if news[1] is wanted:
             return news

@@ -116,7 +116,7 @@ def test_the_life_word_is_never_0_while_it_runs() -> None:
     lives = [scene.go(after_us=1).life for _ in range(0x10000)]
     assert 0 not in lives
     assert max(lives) == 0xFFFF
-    assert 1 in lives, "it wraps to 1"
+    assert 1 in lives, "the life word wraps to 1"
 
 
 def test_a_lost_plc_is_zero_on_the_wire_at_once(running: Scene) -> None:
@@ -149,7 +149,7 @@ def test_after_any_loss_nothing_passes_until_the_plc_has_cleared_code_and_dedica
     assert running.go().reason == "it still holds the remote command 16#0001"
     running.area = _NOT_REQUESTING
     assert running.go().state is State.RUN
-    assert running.last.to_robot == _NOT_REQUESTING, "general purpose inputs are the PLC's to keep"
+    assert running.last.to_robot == _NOT_REQUESTING, "the PLC may keep general-purpose inputs"
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def test_a_short_loss_of_the_robot_is_shown_to_the_plc_for_the_whole_hold_time(
     scene.robot_there = False
     scene.go()
     scene.robot_there = True
-    assert scene.until_run() == 21, "one answer to the zeros, 200 ms"
+    assert scene.until_run() == 21, "the first answer to the zeros, then 200 ms"
 
 
 def test_the_hold_time_of_a_lost_plc_begins_with_the_first_writing_it_has_taken(
@@ -223,7 +223,7 @@ def test_a_program_that_has_not_run_since_the_loss_delays_the_restart() -> None:
 def test_a_heartbeat_that_stands_still_is_the_loss_of_the_plc(running: Scene) -> None:
     """The Modbus server still answers, but the program has stopped."""
     running.beats = False
-    assert running.go(50).state is State.RUN, "500 ms are not more than 500 ms"
+    assert running.go(50).state is State.RUN, "exactly 500 ms are not too long"
     assert running.go().state is State.STANDING
     assert running.last.reason == f"its heartbeat has been {running.beat} for 510 ms"
     assert running.go(1000).state is State.STANDING

@@ -175,7 +175,7 @@ def test_a_plc_that_is_not_there_is_asked_again_after_half_a_second(loop: Loop, 
     room.now_us += 499_999
     loop.turn()
     assert room.names() == ["robot"]
-    assert loop.reason == "connect failed", "the reason stays"
+    assert loop.reason == "connect failed", "the reason does not change"
     room.now_us += 1
     loop.turn()
     assert room.names() == ["connect", "robot"]
@@ -210,7 +210,7 @@ def test_at_the_end_both_sides_have_zeros(loop: Loop, room: Room, robot: Robot) 
     assert robot.valid_us is None
     room.connected = False
     loop.end()
-    assert room.names()[2:] == ["robot"], "nobody is written to who is not there"
+    assert room.names()[2:] == ["robot"], "a side that is not connected gets no data"
 
 
 def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room: Room) -> None:
@@ -227,7 +227,7 @@ def test_figures_are_of_the_exchanges_that_succeeded(loop: Loop, room: Room) -> 
         loop.turn()
     rate = loop.figures.look(room.now_us + 3_000)
     assert (rate.median_us, rate.age_us) == (4_000, 3_000)
-    assert rate.max_us == 6_000, "the first one had to connect"
+    assert rate.max_us == 6_000, "the first exchange had to connect"
     assert rate.per_second == pytest.approx(100.0)
     room.fails.add("read")
     loop.turn()

@@ -109,7 +109,7 @@ def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
     assert not bench.controller.machine.si00
     assert not bench.controller.machine.si06
     bench.step(30)
-    assert not plc.program.read("Main.Connected"), "the life word stands still"
+    assert not plc.program.read("Main.Connected"), "the life word does not change"
 
     bench.plc.start()
     bench.until(lambda: bench.loop.state is State.RUN)
@@ -160,7 +160,9 @@ def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) 
     bench.until(lambda: bench.loop.state is State.STANDING, most=30)
     bench.step()
     assert dedicated(bench) == 0
-    assert program.read("Main.Q16") == INPUTS["SI00"] | INPUTS["SI06"], "its words still ask"
+    assert program.read("Main.Q16") == INPUTS["SI00"] | INPUTS["SI06"], (
+        "the last words still request the servos"
+    )
 
 
 def test_it_runs_in_the_virtual_cell_as_behind_a_bridge(build_cell: Callable[..., Cell]) -> None:

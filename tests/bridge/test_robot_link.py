@@ -118,7 +118,7 @@ def until(what: Callable[[], bool]) -> None:
         if what():
             return
         pause.wait(0.001)
-    raise AssertionError("it does not happen")
+    raise AssertionError("the condition was never true")
 
 
 def received(link: RobotLink) -> int:

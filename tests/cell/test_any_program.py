@@ -84,18 +84,18 @@ def test_no_program_can_break_the_interval_or_the_handshake(program: Program, se
         cell.scan()
     program.restore(fresh)
     assert not cell.violations
-    assert cell.commands, "and some work was done"
+    assert cell.commands, "the program did some work"
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("compiled", COMPILED)
-def test_engines_give_the_same_trace(compiled: str, seed: int, tmp_path: Path) -> None:
-    for engine in (compiled, "builtin"):
+@pytest.mark.parametrize("native", COMPILED)
+def test_engines_give_the_same_trace(native: str, seed: int, tmp_path: Path) -> None:
+    for engine in (native, "builtin"):
         random = Random(seed)
         program = compiled(BENCH, engine)
         with _cell(program, random, seed, tmp_path / engine) as cell:
             while cell.now_us < SECONDS * 1_000_000:
                 _flip(cell, random)
                 cell.scan()
-    one, two = ((tmp_path / engine).read_bytes() for engine in (compiled, "builtin"))
+    one, two = ((tmp_path / engine).read_bytes() for engine in (native, "builtin"))
     assert one.partition(b"\n")[2] == two.partition(b"\n")[2]

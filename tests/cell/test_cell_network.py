@@ -79,7 +79,7 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
     assert network.plc_connected(60_000)
     network.produce_to_robot(60_000, lambda: NEW)
     deliver_all(agenda)
-    assert link.robot_read() == OLD, "no packet before the PLC has noticed"
+    assert link.robot_read() == OLD, "a packet arrived before the PLC noticed the restart"
     assert not network.plc_connected(lost_us)
     network.produce_to_robot(lost_us + 99_000, lambda: NEW)
     deliver_all(agenda)

@@ -58,7 +58,7 @@ def _jobs() -> str:
 
 
 def test_the_robot_program_as_it_is_shipped_has_no_error_and_no_warning() -> None:
-    """Its lines have at most 80 characters, because a programming box types and shows them."""
+    """The program's lines have at most 80 characters, because a programming box shows them."""
     text = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="ascii")
     read, errors = read_program(text)
     assert errors == []
@@ -210,7 +210,7 @@ _SLIPS = {
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("slip", list(_SLIPS))
 def test_a_slip_in_the_robot_program_is_found(slip: str) -> None:
-    """This test shows that the sweep can fail."""
+    """The sweep detects a slip in JOBS.PGM, so it can fail."""
     (before, after), way, fault, wrong = _SLIPS[slip]
     assert _jobs().count(before) == 1
     failures = _failures(Swept(way, jobs=_jobs().replace(before, after)), fault)

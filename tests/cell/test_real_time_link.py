@@ -30,7 +30,7 @@ def eventually(link: RealTimeLink, condition: Callable[[], bool]) -> None:
         if condition():
             return
         link.scanner.client.get_attribute(1, 1, 1)
-    raise AssertionError("not within 100,000 requests")
+    raise AssertionError("the condition was not true within 100,000 requests")
 
 
 def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: RealTimeLink) -> None:

@@ -34,7 +34,7 @@ def test_each_controller_has_its_own_connection_and_its_own_status() -> None:
         cell.inject("link_down", controller=2)
         cell.run("300ms")
         assert (cell["Main.Connected"], cell["Main.Connected2"]) == (True, False)
-        assert not cell.connected, "not to all of them"
+        assert not cell.connected, "only some of the controllers"
         assert [one.machine.link for one in cell.robots] == ["normal", "lost"]
 
 

@@ -49,7 +49,10 @@ def _read_version(cell: ChapterCell) -> int:
 
 
 def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """This includes a power cycle with the servos on. Source: manual chapter 1, 5."""
+    """The servos are OFF after every power-on, also after a power cycle with the servos on.
+
+    Source: manual chapter 1, 5.
+    """
     cell = start().settle()
     assert not cell.on("SO02")
     assert cell.execute("ServoOn") == 0

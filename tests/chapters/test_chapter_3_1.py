@@ -69,7 +69,10 @@ def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_byte
 
 
 def test_the_controller_always_begins_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """This holds with and without a connection. Source: manual chapter 3, 1."""
+    """The servos are OFF after power-on with and without a connection.
+
+    Source: manual chapter 3, 1.
+    """
     cell = start()
     cell.cell.inject("link_down")
     cell.run("500ms")

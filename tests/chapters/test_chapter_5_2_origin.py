@@ -159,7 +159,7 @@ def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(sta
 
 
 def test_with_mixed_axes_si17_and_si14_each_for_its_type_is_recommended(start: Start) -> None:
-    """In this case the absolute axes do not move together with the others.
+    """With an input for each type, absolute axes do not move together with the others.
 
     Source: manual chapter 5, 2, SI(17), last note
     """

@@ -216,7 +216,7 @@ def test_a_killed_worker_changes_no_result(here: Path, capsys: Captured) -> None
         replays = [file.read_text() for file in sorted((here / out).glob("*.toml"))]
         found.append((sorted(lines[1:]), said, replays))
     assert found[0] == found[1] == found[2]
-    assert len(found[0][0]) > 4, "seeds, and the classes of those that fail"
+    assert len(found[0][0]) > 4, "seeds, and the classes of failing seeds"
 
 
 @pytest.mark.parametrize("command", [_CAMPAIGN[:-2], _SWEEP[:-2]])
@@ -309,7 +309,7 @@ def test_a_sweep_names_the_moments_of_no_recovery(here: Path, capsys: Captured) 
     assert one["scans"] == [[35, 95]]
     command = _replays(said)[0]
     assert main(command.split()[1:]) == 1
-    assert main(sweep) == 1, "what is known is not run again, and says the same"
+    assert main(sweep) == 1, "a known moment is not run again, and has the same result"
 
 
 def test_a_sweep_of_a_cell_that_recovers_ends_with_0(here: Path, capsys: Captured) -> None:

@@ -47,7 +47,7 @@ def test_without_anybody_to_ask_it_is_one_message(
     repository: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
-    monkeypatch.setattr(Cell, "build", lambda *_, **__: pytest.fail("it was started"))
+    monkeypatch.setattr(Cell, "build", lambda *_, **__: pytest.fail("the run was started"))
     assert main(["run", str(repository.joinpath(*DEMO)), "--connect", NOBODY]) == 2
     error = capsys.readouterr().err
     assert error == (
@@ -239,7 +239,7 @@ def test_a_run_without_a_single_packet_of_the_controller_is_an_error(
     captured = capsys.readouterr()
     assert captured.err.endswith(message)
     assert "3 scans" in captured.out
-    assert trace.exists(), "what was seen is written all the same"
+    assert trace.exists(), "the trace is written in any case"
 
 
 def test_ctrl_c_ends_the_run_with_zeros_and_all_outputs(

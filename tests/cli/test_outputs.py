@@ -359,7 +359,7 @@ def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> N
 def test_a_file_that_appears_meanwhile_stays_and_the_new_one_stands_beside_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
 ) -> None:
-    """This also works on file systems without links."""
+    """The new file gets another name, also on file systems without links."""
     if not links:
 
         def none(*_: object) -> None:

@@ -105,7 +105,7 @@ def test_hands_of_other_robots_have_no_place_in_an_all_file(
 def test_a_file_that_is_there_is_never_written_over(
     robot: Robot, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     file = tmp_path / "points.toml"
     file.write_text("mine", encoding="utf-8")
     assert main(_backup(file)) == 2
@@ -120,7 +120,7 @@ def test_a_file_that_is_there_is_never_written_over(
 def test_an_unwritable_file_is_found_before_reading(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     (tmp_path / "file").write_text("", encoding="utf-8")
     assert main(_backup(tmp_path / "file" / "a.toml")) == 2
     assert main(_backup(tmp_path / "a.toml", "--csv", "/proc/no/a.csv")) == 2
@@ -155,7 +155,7 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
     robot()
     file = tmp_path / "points.toml"
     assert main(_backup(file)) == 0
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     assert main(["points", "restore", "h", str(file)]) == 2
     assert "then add --write" in capsys.readouterr().err
     line = robot(RobotConfig(points={50: RobotConfig().points[50], 51: Point()}))
@@ -181,7 +181,7 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
 def test_a_file_is_checked_before_the_first_command(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, text: str, message: str
 ) -> None:
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     file = tmp_path / "points.toml"
     points = "[points.10]\nmm = [1.0]\n[points.11]\nmm = [1.0]\n"
     file.write_text(f"{points}{text}\n", encoding="utf-8")
@@ -325,7 +325,7 @@ def test_bad_input_is_one_line(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     action, *options = arguments
     file = tmp_path / "points.toml"
     if "hands" in options:

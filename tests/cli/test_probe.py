@@ -150,7 +150,7 @@ def test_bad_input_is_one_line(
     arguments: list[str], message: str, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", _Terminal(somebody=False))
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     assert main(["probe", *arguments]) == 2
     error = capsys.readouterr().err
     assert message in error

@@ -132,6 +132,6 @@ def test_robot_programs_count_and_the_trace_is_the_same(
     assert "PLACE.PGM 87.5 % 21/24 66.6 % 2/3 - 12, 29-30" in table
     assert Path("plain.jsonl").read_bytes() == Path("counted.jsonl").read_bytes()
     page = Path("out/coverage/PLACE.PGM.html").read_text()
-    assert "not executed: GOTO *WRONG" not in page, "its branch says it"
+    assert "not executed: GOTO *WRONG" not in page, "the branch reports this line already"
     assert "not taken: CASE ELSE" in page
     assert 'filename="PLACE.PGM"' in Path("out/coverage/coverage.xml").read_text()

@@ -88,7 +88,7 @@ def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
                 again[k] = words[k]
         else:
             part.write(again, fields[part.name])
-    assert list(words[1:]) == again[1:], "bits set that no field has"
+    assert list(words[1:]) == again[1:], "bits are set outside of all fields"
     return fields
 
 
@@ -309,7 +309,7 @@ def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
         plc.scan()
         plc.set({**other, "Timeout": limits[1], "Execute": True})
         plc.scan()
-        assert _held(plc) == held, "an edge while busy"
+        assert _held(plc) == held, "an edge while Busy has no effect"
         plc.end()
         plc.answer(0)
         refused = [pins for pins, _error in islice(reading.refused(chance), 5)]

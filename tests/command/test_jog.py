@@ -117,7 +117,7 @@ def test_a_jog_whose_block_is_not_called_any_more_is_stopped() -> None:
     plc.change("CallJog", to=False)
     assert plc.inputs == ["SI00"]
     plc.scan(20)
-    assert plc.inputs == ["SI00"], "until the jog has ended"
+    assert plc.inputs == ["SI00"], "SI(06) stays OFF until the jog has ended"
     plc.complete(0x4000, STOPPED)
     plc.scan_until(lambda: "SI06" in plc.inputs)
 
@@ -140,8 +140,10 @@ def test_another_stop_ends_the_jog_with_an_error() -> None:
     assert plc["Jog.ErrorID"] == 0x8020
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400)
     plc.scan(20)
-    assert plc.words[0] == 0, "it does not start again by itself"
-    assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400), "until Enable falls"
+    assert plc.words[0] == 0, "the jog does not start again by itself"
+    assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400), (
+        "the error stays until Enable falls"
+    )
     plc.change("Jog.Enable", to=False)
     assert not plc["Jog.Error"]
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (0, 0)
@@ -167,7 +169,7 @@ def test_a_jog_that_the_controller_ends_normally_stays_valid_until_enable_falls(
     assert plc.words[0] == 0
     assert plc["Jog.Pulses"][0] == 12345
     plc.change("Jog.Enable", to=False)
-    assert plc.inputs == ["SI00", "SI06"], "nothing is to be stopped"
+    assert plc.inputs == ["SI00", "SI06"], "no jog is running that needs a stop"
 
 
 @pytest.mark.parametrize(

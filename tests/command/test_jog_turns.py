@@ -40,7 +40,7 @@ def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
 
 
 def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
-    """In this case SI(06) does not turn ON again by itself."""
+    """While a program stop holds SI(06) OFF, the next command does not wait for SI(06)."""
     plc = jog_plc()
     jogging(plc)
     plc["Robot.Inner.HoldStop"] = True
@@ -56,7 +56,7 @@ def test_a_jog_that_ended_while_nothing_could_be_written_needs_no_stop() -> None
     jogging(plc)
     plc["Jog.Enable"], plc["WriteArea.Size"] = False, 47
     plc.scan()
-    assert plc.words[0] == 0x0020, "held, whatever happens"
+    assert plc.words[0] == 0x0020, "the command is held in any case"
     plc["WriteArea.Size"] = 48
     plc.answer(0x4000, STOPPED, scans=1)
     assert plc.words[0] == 0

@@ -59,7 +59,7 @@ def test_every_real_has_its_own_pattern_and_comes_back_from_it(plc: Program) -> 
 def test_what_is_no_finite_number_gives_a_finite_one(
     plc: Program, pattern: int, real: float
 ) -> None:
-    """This is assumed: the guide does not say that such values occur."""
+    """Infinity becomes the largest REAL and NaN becomes 0 (assumed: the guide is silent)."""
     plc.write("Main.Bits", pattern)
     plc.scan(0)
     assert plc.read("Main.Back") == real

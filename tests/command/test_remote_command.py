@@ -41,7 +41,7 @@ def test_what_is_held_changes_by_the_rising_edge_alone() -> None:
     plc.change("First.Execute", to=False)
     plc["First.Code"], plc["First.Data[3]"], plc["First.Timeout"] = 0x0101, 7, timedelta(seconds=9)
     plc.change("First.Execute", to=True)
-    assert held() == before, "an edge while busy"
+    assert held() == before, "an edge while Busy has no effect"
     plc.answer(0x0200, scans=1)
     for code in (0x0102, 0):
         plc.change("First.Code", to=code)
@@ -59,7 +59,7 @@ def test_all_fifteen_words_go_out_and_come_back() -> None:
     assert plc.words == [0x1505, *data]
     plc.answer(0x0200, response, scans=1)
     plc.answer(0, scans=5)
-    assert plc["First.Response"] == response, "kept after the status reset"
+    assert plc["First.Response"] == response, "the response stays after the status reset"
 
 
 @pytest.mark.parametrize("code", [0x0001, 0x1032, 0x250F, 0x3516, 0x4038, 0x4FFF, 0x0401, 0xF000])

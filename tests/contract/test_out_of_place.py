@@ -238,7 +238,7 @@ def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_m
         plc.call(place)
         plc.finish()
         assert plc.error == OUT_OF_PLACE
-        assert plc.codes[sent:] == [0x0501], "only the other one's"
+        assert plc.codes[sent:] == [0x0501], "only the code of the other block"
         assert plc["Other.Done"]
         assert plc.on == asked
         assert plc.applied == _LEVELS & ~STOPPING.get(block, 0)

@@ -93,7 +93,10 @@ def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
 def test_the_time_of_a_turn_stays_where_it_has_reached_its_end(
     channel: str, held: int, then: int
 ) -> None:
-    """This also holds after a reset of the longest turn. Source: head of RCX_TURN, 24 days."""
+    """At its end the shown time stays constant, also after a reset of the longest turn.
+
+    Source: head of RCX_TURN, 24 days.
+    """
     block = Channels()
     block[f"Robot.Inner.{channel}.NextTicket"] = 1
     block.change("Block.Reset", to=True, scans=2)

@@ -93,7 +93,9 @@ def test_stopping_leaves_no_process_and_no_memory(
 ) -> None:
     adapter = Adapter()
     assert processes[0].poll() is None
-    assert all(is_gone(name) for name in memories), "the name is taken back once both have it"
+    assert all(is_gone(name) for name in memories), (
+        "the name is removed when both processes have the memory"
+    )
     adapter.close()
     adapter.close()
     assert len(memories) == 1

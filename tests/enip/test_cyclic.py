@@ -273,9 +273,9 @@ def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
 
 
 def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
-    """This holds if the second connection opens while nothing is due for a long time.
+    """A second connection sends in time even if it opens while nothing is due for long.
 
-    It also holds if the first connection closes.
+    The first connection may also close.
     """
     device.exchange.add(replace(OWNER, t_to_o_api_us=3_200_000), 0)
     assert device.poll(10_000) == 3_210_000

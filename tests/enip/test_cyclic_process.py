@@ -199,7 +199,7 @@ def test_a_cut_cable_lets_nothing_through_and_ends_in_a_time_out(target: Target)
         while True:
             last = target.socket.recv(2048)
     produced = target.images.status().sent
-    assert int.from_bytes(last[10:14], "little") < produced, "packets went through the cut"
+    assert int.from_bytes(last[10:14], "little") < produced, "packets arrived through the cut"
 
 
 def test_an_adapter_switched_off_has_lost_its_connections(target: Target) -> None:
@@ -242,7 +242,7 @@ def test_packets_carry_the_code_point_that_was_agreed(target: Target) -> None:
 
 
 def test_a_port_that_is_taken_is_refused_in_one_sentence() -> None:
-    """Otherwise two processes at one port would share its packets without any error."""
+    """The second process at a port is refused, because both would share its packets unnoticed."""
     with SharedImages.create(48) as images, udp(ROBOT) as first:
         port = first.getsockname()[1]
         first.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -80,7 +80,7 @@ def test_a_reset_closes_all_connections(bench: Any, registered: Session, request
     explicit = {"transport": "A3", "path": "2002 2401", "triad": "0300 4D00 EFBEADDE"}
     bench.ask(forward_open(**explicit))
     assert bench.ask(request_) == bytes.fromhex("8500 0000")
-    assert bench.cyclic.removed == [1], "the listener ends with it"
+    assert bench.cyclic.removed == [1], "the listener ends with the owner"
     assert bench.device.connections.cyclic_connections == ()
     assert bench.resets == 1
 

@@ -228,7 +228,7 @@ def test_an_existing_sheet_is_replaced_only_with_force(tmp_path: Path, capsys: C
         f"rcx: {file}: already exists; use --force to overwrite it\n"
     )
     assert file.read_text() == "mine"
-    assert main(["eds", str(file), "--force"]) == 2, "no sheet is replaced by one"
+    assert main(["eds", str(file), "--force"]) == 2, "the command does not replace a sheet"
     assert file.read_text() == "mine"
     sheet = tmp_path / "rcx3.eds"
     assert main(["eds", str(sheet)]) == 0

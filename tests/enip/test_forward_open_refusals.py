@@ -86,7 +86,7 @@ def test_a_refused_forward_open_says_why_and_opens_nothing(
 ) -> None:
     assert bench.ask(forward_open(**fields)) == refused(words)
     assert bench.cyclic.added == []
-    assert bench.ask(forward_open()) == opened(), "the next one is not hindered"
+    assert bench.ask(forward_open()) == opened(), "the next request is accepted"
 
 
 @pytest.mark.parametrize(

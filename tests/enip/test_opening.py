@@ -136,7 +136,10 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
 def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
     extended: tuple[int, ...], options: tuple[str, ...], hint: str
 ) -> None:
-    """Codes: CIP volume 1, chapter 3, 5.6; 0x112 gives the accepted interval of each direction."""
+    """The codes are those of CIP volume 1, chapter 3, 5.6.
+
+    0x112 gives the accepted interval of each direction.
+    """
     assert refusal_hint(CipError("x", 1, extended), 48, options) == hint
 
 

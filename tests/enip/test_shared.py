@@ -143,7 +143,7 @@ def test_no_reader_ever_sees_a_torn_image() -> None:
         finally:
             images.link = LinkState.CUT
             process.communicate(timeout=60)
-    assert len(seen) >= 64, "the writer did not write meanwhile"
+    assert len(seen) >= 64, "the writer did not write during the test"
     assert all(len(set(image)) == 1 for image in seen)
 
 

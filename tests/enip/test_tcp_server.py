@@ -41,7 +41,7 @@ def serve(bench: Any, talk: Callable[[TcpServer, int], Awaitable[None]]) -> None
 
     failures: list[dict[str, Any]] = []
     asyncio.run(main())
-    assert failures == [], "an exception that nobody has taken"
+    assert failures == [], "an exception was not handled"
 
 
 async def say(streams: Streams, data: bytes, answer: int) -> bytes:
@@ -143,7 +143,9 @@ def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench
                 silent.append(streams)
         await register(await connect(port, "127.0.1.201"))
         assert len(tcp.connections) == 64
-        assert await has_ended(silent[0]), "the oldest without a session has gone first"
+        assert await has_ended(silent[0]), (
+            "the oldest connection without a session has been closed first"
+        )
         await say(sessions[0], LIST_INTERFACES, 26)
         await say(owner, LIST_INTERFACES, 26)
 

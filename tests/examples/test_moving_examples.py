@@ -57,7 +57,7 @@ def test_the_hand_keeps_its_part_through_an_emergency_stop_and_nothing_starts_by
         where = list(cell.robot.positions)
         cell["Main.Reset"] = True
         cell.run("200ms")
-        assert cell["Main.Cycle.State"] == "WORK_FAULT", "the cell is not safe"
+        assert cell["Main.Cycle.State"] == "WORK_FAULT", "CellSafe is FALSE"
         shown = [cell[f"Main.Cycle.{pin}"] for pin in ("ErrorID", "AlarmGroup", "AlarmCategory")]
         assert shown[:2] == [0x8020, 12]
         assert shown[2] in (400, 600), "SI(00) and SI(06) go OFF together"
@@ -77,7 +77,9 @@ def test_the_hand_keeps_its_part_through_an_emergency_stop_and_nothing_starts_by
         cell["Main.Reset"] = False
         cell["Main.Start"] = True
         stops = _at_rest(cell, "2s", lambda: _hand(cell))
-        assert stops[1] == (-60_000, 80_000, 0, True), "with the part in the hand to the tray"
+        assert stops[1] == (-60_000, 80_000, 0, True), (
+            "the robot goes to the tray with the part in the hand"
+        )
         assert cell["Main.Cycle.Count"] >= 1
         assert not cell.violations
 
@@ -116,7 +118,7 @@ def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
     with _build("05_jog_panel") as cell:
         cell.run("2400ms")
         jogged = cell.robot.positions[0]
-        assert 40_000 < jogged < 50_000, "10 % of 1,000,000 pulses/s, less what starts and stops it"
+        assert 40_000 < jogged < 50_000, "10 % of 1,000,000 pulses/s, less acceleration and braking"
         cell.run("500ms")
         assert cell.robot.positions[:2] == [jogged, -500]
         assert cell["Main.Shown"][:2] == [jogged, -500]
@@ -124,7 +126,9 @@ def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
         assert cell.robot.positions[1] == -60_000
         assert (cell["Main.Stage"], cell["Main.Fault"]) == ("JOG_FAULT", 0x8020)
         cell.run("900ms")
-        assert cell["Main.Stage"] == "JOG_AMOUNT", "Reset and Start do nothing under a held button"
+        assert cell["Main.Stage"] == "JOG_AMOUNT", (
+            "Reset and Start have no effect while the button is held"
+        )
         assert cell.robot.positions[1] == -60_000
         cell.run("1s")
         assert -60_000 < cell.robot.positions[1] < 0
@@ -202,7 +206,7 @@ def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
         assert (pallet.nx, pallet.ny, pallet.nz, pallet.first) == (3, 2, 1, 101)
         cell["Main.Start"] = True
         cell.run("200ms")
-        assert cell["Main.Cycle.State"] == "WORK_IDLE", "it is full"
+        assert cell["Main.Cycle.State"] == "WORK_IDLE", "the pallet is full"
         assert not cell.violations
 
 

@@ -57,7 +57,7 @@ def test_the_example_comes_back_from_every_fault(
 def test_one_that_starts_by_itself_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The bug: a Start from before the fault counts again after Reset."""
+    """In the changed program, a Start from before the fault counts again after Reset."""
     example = ROOT / "plc/examples/04_pick_and_place"
     text = (example / "PickPlace.st").read_text(encoding="utf-8")
     for before, after in (

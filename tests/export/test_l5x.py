@@ -107,7 +107,7 @@ def test_blocks_begin_anew_when_the_controller_starts(cell: Path) -> None:
     for aoi in root.iter("AddOnInstructionDefinition"):
         name = aoi.attrib["Name"]
         if name.startswith("FC_"):
-            assert aoi.attrib["ExecutePrescan"] == "false", "a function keeps nothing"
+            assert aoi.attrib["ExecutePrescan"] == "false", "a function has no memory"
             continue
         assert aoi.attrib["ExecutePrescan"] == "true"
         cleared = "\n".join(_routine(root, name, "Prescan"))

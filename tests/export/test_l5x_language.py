@@ -302,7 +302,7 @@ def test_a_part_that_is_not_carried_is_named(
 def test_an_instruction_that_is_not_on_the_list_is_never_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """This protects against a gap in the translation.
+    """If the translation writes an instruction that Logix lacks, the block is left out.
 
     Source: Studio 5000 help, FLL: for ladder only.
     """

@@ -172,10 +172,12 @@ def test_arrays_and_structures_begin_with_their_values_in_the_first_call(mine: P
             *("Plain[0] := TRUE;", "Plain[3] := TRUE;"),
         ):
             assert f"    {line}\n" in first, (target, line)
-        assert "Plain[1]" not in first, "it begins so anyway"
-        assert "Setup" not in first, "the caller may have set it"
+        assert "Plain[1]" not in first, "the variable has this initial value already"
+        assert "Setup" not in first, "the caller may have set the variable"
         before = body.partition("IF NOT RcxStarted")[0]
-        assert "  Short := 127;\n  Line[1] := 1;\n  Line[2] := 7;\n" in before, "at each call"
+        assert "  Short := 127;\n  Line[1] := 1;\n  Line[2] := 7;\n" in before, (
+            "the value is set at each call"
+        )
 
 
 def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(mine: Path) -> None:
@@ -192,8 +194,8 @@ def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(m
         "  #Rows[4] := -3;",
     ):
         assert f"{line}\n" in text, line
-    assert "#All.Pair.Top" not in text, "the data type has it"
-    assert "      x : DINT;\n" in text, "a function's input has no value of its own"
+    assert "#All.Pair.Top" not in text, "the data type has the value"
+    assert "      x : DINT;\n" in text, "an input of a function has no initial value"
     assert 'FC_Mine"(x := 1, y := 127)' in text
 
 
@@ -310,7 +312,7 @@ def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Pat
         back.scan(scan * 10_000)
         for path in ("Main.Sum", "Main.It.Lit", "Main.It.Total", "Main.It.All.Text"):
             assert original.read(path) == back.read(path), path
-    assert original.read("Main.It.Lit"), "the values of All and Pairs are there"
+    assert original.read("Main.It.Lit"), "All and Pairs have their values"
     assert back.read("Main.It.Timed") == 2000, "[ms]"
 
 

@@ -140,7 +140,7 @@ def test_enumerations_are_numbers_with_their_names(files: Mapping[str, str]) -> 
 
 
 def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
-    """These are a type that the tool lacks, the blocks that need it, and located variables."""
+    """The messages name a missing type, the blocks that need it, and located variables."""
     program = tmp_path / "Own.st"
     program.write_text(
         "FUNCTION_BLOCK FB_Count\n  VAR_OUTPUT\n    Total : LINT;\n  END_VAR\n"
@@ -155,7 +155,7 @@ def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
     assert sorted(left_out(output)) == [
         "FUNCTION_BLOCK FB_Above: needs FB_Count, which cannot be exported",
         "FUNCTION_BLOCK FB_Count: GX Works3 has no LINT",
-        "PROGRAM Located: has global or located variables (Q); make it again in the tool",
+        "PROGRAM Located: has global or located variables (Q); declare it again in the tool",
     ]
     assert output.files["program/FB_Carried.st"].endswith("  X1_X := NOT Set_X;\n")
     assert list(_rows(output.files["program/FB_Carried.csv"])) == ["X1_X", "Set_X"]

@@ -80,7 +80,7 @@ def test_every_finding_has_its_line_and_a_remedy(
     assert [one[:2] for one in found] == [one[:2] for one in expected]
     for (*_, text), (*_, part) in zip(found, expected, strict=True):
         assert part in text
-        assert "; " in text, "it does not say what to write instead"
+        assert "; " in text, "the message does not name a replacement"
 
 
 @pytest.mark.parametrize("tool", _TOOLS)

@@ -74,7 +74,7 @@ def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path:
 @pytest.mark.exhaustive(but=["twincat", "l5x"])
 @pytest.mark.parametrize("target", TARGETS)
 def test_an_export_is_the_same_every_time(target: str) -> None:
-    """This includes identifiers of TwinCAT and dates of L5X.
+    """Two exports are equal, including identifiers of TwinCAT and dates of L5X.
 
     Source: docs/how-to/export.md: made again, a file has not changed.
     """

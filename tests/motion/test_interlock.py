@@ -190,7 +190,7 @@ def test_two_that_may_both_be_inside_wait_for_each_other_until_one_is_outside() 
 
 
 def test_a_robot_inside_comes_before_those_that_wait() -> None:
-    """Otherwise this robot and the first waiting robot would wait for each other."""
+    """A robot inside gets the area first, because the others wait for it to leave."""
     table = Table(outside=False)
     table["Lock1.Outside"] = table["Lock3.Outside"] = True
     table.scan(2)
@@ -374,7 +374,7 @@ def test_a_limit_counts_anew_for_each_wait() -> None:
     assert table.scan(10) == "B* - -*"
     assert table.scan() == "E* - -*"
     table["Lock3.Outside"] = True
-    assert table.scan(3) == "E - -", "it was outside, and has no grant any more"
+    assert table.scan(3) == "E - -", "the robot was outside and has no grant any more"
 
 
 def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
@@ -382,12 +382,15 @@ def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
     table["Skip2"] = True
     table.scan(3)
     table.leave(1)
-    assert table.scan() == "- B V*", "2 shows what it did when it was called last"
+    assert table.scan() == "- B V*", "block 2 shows its outputs of the last call"
 
 
 @pytest.mark.parametrize("number", [100, 65_531])
 def test_a_robot_that_was_not_called_while_it_waited_is_the_last(number: int) -> None:
-    """This holds even if the scan numbers restart at 0 with the next call."""
+    """A robot whose calls pause goes to the end of the queue.
+
+    This includes scan numbers that restart at 0 with the next call.
+    """
     table = _table()
     table["Robot2.Inner.Scan"] = number
     table.want(1, 2, 3)
@@ -506,7 +509,7 @@ def test_enable_in_every_second_scan_takes_no_place_of_another_robot() -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_block_that_is_called_twice_in_a_scan_is_an_error(engine: str) -> None:
-    """Otherwise the Timeout would pass at double speed.
+    """A second call in a scan is an error: it would double the speed of the Timeout.
 
     The robot would also lose its place each time.
 
@@ -514,7 +517,7 @@ def test_a_block_that_is_called_twice_in_a_scan_is_an_error(engine: str) -> None
     """
     table = _table(engine=engine)
     table["Twice3"] = True
-    assert table.scan(5) == "- - -", "what asks for nothing is in no way"
+    assert table.scan(5) == "- - -", "a block without a request does not matter"
     table["Twice3"] = False
     table.want(1, 2)
     assert table.shown == "V* B -"

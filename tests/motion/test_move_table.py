@@ -92,7 +92,7 @@ def test_each_kind_of_row_is_its_telegram(row: Row, words: list[int], engine: st
     plc["Table.Execute"] = False
     plc.scan()
     assert (plc["Table.AlarmGroup"], plc["Table.AlarmCategory"]) == (0, 0)
-    assert plc["Table.Row"] == 1, "it is kept until the next start"
+    assert plc["Table.Row"] == 1, "the value stays until the next start"
 
 
 @pytest.mark.parametrize(
@@ -256,7 +256,7 @@ def test_a_row_that_the_table_does_not_have_is_refused(pins: dict[str, Any], eng
     assert plc.words == [0] * 16
     plc["Table.Rows"], plc["Table.StartRow"], plc["Table.Backwards"] = 3, 3, False
     restart(plc, MovesSize=3)
-    assert runs(plc) == [3], "afterwards it works as ever"
+    assert runs(plc) == [3], "afterwards the table works as before"
 
 
 def test_pins_are_those_of_the_rising_edge() -> None:
@@ -391,7 +391,7 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
         Acknowledge=True,
     )
     plc.scan(5)
-    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (1, 1), "that was no edge"
+    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (1, 1), "there was no new edge"
     plc["Table.Acknowledge"] = False
     plc.scan(3)
     plc["Table.Acknowledge"] = True
@@ -402,7 +402,7 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
     assert plc["Table.CallNumber"] == 0
     plc["Table.Hold"] = False
     plc.scan(5)
-    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (8, 2), "an edge is for one call"
+    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (8, 2), "an edge answers a single call"
     plc["Table.Acknowledge"] = False
     plc.scan()
     plc["Table.Acknowledge"] = True

@@ -42,13 +42,13 @@ def test_hold_lets_the_row_end_and_begins_no_other(engine: str) -> None:
     assert sent(plc)[4] == 2
     end(plc)
     plc.scan(50)
-    assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 3), "one edge is one row"
+    assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 3), "an edge moves one row"
     plc["Table.Hold"] = False
     assert sent(plc)[4] == 3
     plc["Table.Hold"] = True
     end(plc)
     plc.scan(2)
-    assert shown(plc) == "Done", "behind the last row there is nothing to hold"
+    assert shown(plc) == "Done", "after the last row, Hold has no effect"
 
 
 def test_abort_before_a_row_that_is_held_ends_at_once() -> None:
@@ -248,7 +248,7 @@ def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() ->
 
 
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
-    """Otherwise the table would run with the old pins while its earlier command still waits.
+    """The table refuses a start while its earlier command still waits, because its pins are old.
 
     Source: no section (this library's own).
     """

@@ -70,11 +70,11 @@ class _Watched:
             self.done.append(self.out)
         self.out = _row(si) if si[0] else None
         data = any(si[1:16])
-        assert not (si[0] or data) or self.started, "nothing begins by itself"
+        assert not (si[0] or data) or self.started, "a movement begins by itself"
         if self.out:
             self.judged += 1
             shown = (self.cell["Main.Table.Row"], self.cell["Main.Table.Arrived"])
-            assert shown == self.out, "the row that is shown is the row that runs"
+            assert shown == self.out, "the shown row is not the row on the wire"
             kept = (self.cell["Main.KeptRow"], self.cell["Main.KeptArrived"])
             assert kept == self.out
         if not self.cell["Main.Table.Busy"]:

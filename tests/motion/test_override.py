@@ -93,7 +93,7 @@ def test_the_command_goes_to_the_designated_robot() -> None:
 
 
 def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
-    """This also holds while a step up waits for its time."""
+    """A lower speed is sent at once, also while a step up waits for its time."""
     plc = _begun(Percent=80, Pace="T#10s")
     assert _percents(plc, 1) == [60]
     plc.scan(10)
@@ -139,7 +139,7 @@ def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("lower", [55, 50, 5])
 def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -> None:
-    """Otherwise the next movement, which waits behind it, would run at the raised speed.
+    """A waiting step up is lowered, so that the next movement does not run at the raised speed.
 
     Source: head: a lower Percent goes out at once
     """
@@ -153,7 +153,7 @@ def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -
     assert (plc["SpeedOverride.Actual"], plc["SpeedOverride.Valid"]) == (lower, True)
     plc.scan_until(lambda: plc.words[0] == 0x0003, most=6)
 
-    assert plc["Last.Busy"], "nothing of this block is between it and the step"
+    assert plc["Last.Busy"], "no command of this block lies between them"
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -192,7 +192,7 @@ def test_a_step_that_waits_goes_no_lower_and_no_higher_than_what_is_wanted_by_th
 
 @pytest.mark.parametrize("scans", range(5))
 def test_a_percent_is_out_for_a_scan_before_its_code_and_then_stays(scans: int) -> None:
-    """This holds whenever the percentage is lowered. A command of its own sends the lower value.
+    """The speed on the wire stays, whenever Percent is lowered; another command sends the new one.
 
     Source: remote command guide chapter 2: the data first; both held until the end status
     """
@@ -299,7 +299,7 @@ def test_a_value_beyond_the_manuals_range_is_refused(pin: str, value: int, error
     assert not any(plc.words)
     plc[f"SpeedOverride.{pin}"] = 1
     plc.scan(5)
-    assert plc["SpeedOverride.ErrorID"] == error, "until Enable falls"
+    assert plc["SpeedOverride.ErrorID"] == error, "the error stays until Enable falls"
     plc["SpeedOverride.Enable"] = False
     plc.scan()
     assert (plc["SpeedOverride.Error"], plc["SpeedOverride.ErrorID"]) == (False, 0)

@@ -76,7 +76,7 @@ def test_x_counts_first_then_y_then_z(engine: str) -> None:
     assert seen == [(x, y, z) for z in (1, 2) for y in (1, 2) for x in (1, 2, 3)]
     assert pallet.shown == ("Full", 0, 0, (0, 0, 0), 0)
     pallet.press("Next")
-    assert (pallet.place, pallet.shown[0]) == (0, "Full"), "it stays full"
+    assert (pallet.place, pallet.shown[0]) == (0, "Full"), "the pallet stays full"
     pallet.press("NewPallet")
     assert pallet.shown == ("", 0, 1, (1, 1, 1), 12)
 

@@ -106,7 +106,7 @@ def test_without_shifts_no_shift_is_selected_at_the_end() -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("afterwards", [0, 7])
 def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: int) -> None:
-    """Otherwise later movements of the program would go to other places.
+    """At the end, the block selects the shift for later movements of the program.
 
     Source: guide 4.2.17; field Afterwards of RCX_PICK_SHIFTS
     """
@@ -121,7 +121,9 @@ def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: in
 
 @pytest.mark.parametrize("shifts", [{"Shifts__TargetAbove": 3}, {}])
 def test_where_only_that_shift_is_missing_no_second_part_is_fetched(shifts: dict[str, Any]) -> None:
-    """This also holds with HandEmpty, and if the shifts have changed in the meantime.
+    """If only the last shift is missing, the next start selects it and fetches no part.
+
+    HandEmpty and other shifts make no difference.
 
     Source: head: after an error it continues with what is not finished
     """
@@ -154,12 +156,17 @@ def test_on_pallets_it_comes_from_above_too() -> None:
     assert plc.work()[4:] == target
     plc["Pick.ArchAxis"] = 3
     arch = "arch 0/1 at 50, 000100 [0, 0, 0] pulses"
-    assert plc.work()[5:] == [arch, *target[2:]], "not between above and place"
+    assert plc.work()[5:] == [arch, *target[2:]], (
+        "there is no arch between the place and the shift above it"
+    )
 
 
 @pytest.mark.parametrize("shift", ["Source", "Target"])
 def test_one_shift_is_enough_for_both_to_be_selected(shift: str) -> None:
-    """Otherwise the other place would be approached with this shift. Source: guide 4.2.17."""
+    """If only one place has a shift, shift 0 is selected for the other place.
+
+    Source: guide 4.2.17.
+    """
     place: dict[str, Any] = {f"Shifts__{shift}": 4}
     plc = picking(**place)
     source, target = (4, 0) if shift == "Source" else (0, 4)
@@ -226,8 +233,10 @@ def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: 
     assert plc.end[:2] == ("Error", 0x8020)
     assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600)
     plc.scan(50)
-    assert plc.told[-1] == broken, "nothing goes on by itself"
-    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600), "until Execute falls"
+    assert plc.told[-1] == broken, "nothing continues by itself"
+    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600), (
+        "the error stays until Execute falls"
+    )
     assert plc.end[1:3] == (0x8020, stage)
     assert plc.work() == again
     assert plc.end == ("Done", 0, "PICK_START", False)
@@ -256,7 +265,7 @@ def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
     assert plc.work() == ["DO2?", "PTP 20 at 50", "DO(20) OFF", "DI2?"]
     assert plc.end == ("Done", 0, "PICK_START", False)
     plc.follows = {21: 20}
-    assert plc.work().count("DI2?") == 5, "with the next part it asks again: at the target, too"
+    assert plc.work().count("DI2?") == 5, "the next part reads the sensor again, also at the target"
 
 
 @pytest.mark.parametrize("lost_at", ["PTP 20 at 50", "PTP 20 at 5", "DO(20) OFF"])
@@ -315,7 +324,7 @@ def test_where_the_part_was_taken_out_it_begins_anew(broken: str) -> None:
 
 
 def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> None:
-    """Otherwise the robot would bring a second part to the same target.
+    """After the release, the next start only leaves, and HandEmpty brings no second part.
 
     Source: this library's own.
     """

@@ -88,7 +88,9 @@ def test_a_fault_keeps_the_work_from_beginning(name: str, value: bool, error: in
 def test_a_fault_waits_for_the_end_of_a_command(
     out: str, stage: str, name: str, value: bool, error: int
 ) -> None:
-    """This holds even if the cause has gone by then. The effect of the command counts.
+    """A fault, even one that has gone by then, ends the work after the command.
+
+    The effect of the command counts.
 
     Source: remote command guide chapter 2: no command can be taken back
     """
@@ -114,7 +116,7 @@ def test_a_fault_waits_for_the_end_of_a_command(
 def test_a_command_that_waits_for_its_turn_is_withdrawn(
     place: int, name: str, value: bool, error: int
 ) -> None:
-    """Otherwise the command would be sent after the stop or after its release.
+    """A stop withdraws a command that waits, so that it is not sent after the stop.
 
     Source: docs/explanation/scan-model.md; manual chapter 5, 3.1 and 3.3
     """
@@ -263,7 +265,7 @@ def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
 
 
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
-    """Otherwise the block would run with the old pins while its earlier command still waits.
+    """The block refuses a start while its earlier command still waits, because its pins are old.
 
     Source: docs/reference/errors.md, 16#8016
     """

@@ -137,7 +137,7 @@ def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
 
 
 def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
-    """This can happen after a restart of the PLC with a part in the hand.
+    """A hand with a part, as after a restart of the PLC, does not open at any place.
 
     Source: this library's own.
     """
@@ -173,9 +173,9 @@ def test_a_part_that_is_lost_on_the_way_is_an_error_before_the_hand_opens(above:
     plc.follows = {}
     plc.scan_until(lambda: not plc["Pick.Busy"], most=100)
     assert plc.end == ("Error", 0x8059, "PICK_START", False)
-    assert ("PTP 20" in plc.told) is (above == 0), "lifted, it looks before it goes on"
+    assert ("PTP 20" in plc.told) is (above == 0), "the block reads the sensor after lifting"
     plc.until("PTP 10")
-    assert "DO(20) OFF" in plc.told[-4:], "it begins with a new part"
+    assert "DO(20) OFF" in plc.told[-4:], "the block begins with a new part"
 
 
 def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
@@ -209,7 +209,7 @@ def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
     assert plc.end == ("Error", 0x8059, "PICK_START", False)
     assert plc.told[-1] == "PTP 20"
     assert plc.work()[:2] == ["DO(20) OFF", "PTP 10"]
-    assert plc.end[0] == "Done", "it is told once"
+    assert plc.end[0] == "Done", "the error is reported once"
 
 
 def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
@@ -228,7 +228,9 @@ def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
     plc["Pick.PartLost"] = True
     plc.scan(5)
     plc["Pick.PartLost"] = False
-    assert plc.work() == ["DO2?", "PTP 20", "DO(20) OFF"], "nor while it stands"
+    assert plc.work() == ["DO2?", "PTP 20", "DO(20) OFF"], (
+        "the sensor is not read while the robot stands either"
+    )
 
 
 def test_it_settles_before_it_looks() -> None:

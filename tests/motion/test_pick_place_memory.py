@@ -71,7 +71,7 @@ def _judge(place: int, what: str, after: str, **kind: Any) -> None:
     """Continue until Done; the bench or this function fails on forbidden events."""
     bench = _begun(place, what, **kind)
     done = int(bench["Pick.Done"])
-    assert bench.delivered >= done, "Done without a part"
+    assert bench.delivered >= done, "Done without a delivered part"
     if done:
         return
     if "moved" in after:
@@ -213,7 +213,7 @@ def test_a_power_cycle_without_a_call_of_the_block_is_seen_afterwards() -> None:
     bench["Call"] = False
     bench.power_cycle()
     bench["Call"] = True
-    assert bench.work() == "805E", "released, or fallen elsewhere"
+    assert bench.work() == "805E", "the part was released, or has fallen elsewhere"
     assert bench.work(HandEmpty=True) == "Done"
 
 

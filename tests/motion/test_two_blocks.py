@@ -188,7 +188,7 @@ def test_a_start_input_that_goes_on_ends_it(signal: str) -> None:
     bench.ends()
     assert bench.end == ("Error", 0x805D, True)
     bench.scan(60)
-    assert (bench.held, bench.told[-1]) == (True, "move 20"), "it does not open"
+    assert (bench.held, bench.told[-1]) == (True, "move 20"), "the hand does not open"
 
 
 def test_a_robot_program_that_begins_ends_it() -> None:
@@ -210,7 +210,10 @@ def test_a_robot_program_that_begins_ends_it() -> None:
 
 
 def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
-    """It is unknown what the program moves. Source: manual chapter 5, 2.2: SO(13)."""
+    """A robot program that starts ends the work, because it may move either robot.
+
+    Source: manual chapter 5, 2.2: SO(13).
+    """
     bench = PartBench()
     _sent(bench, 4)
     bench.send(*_HARMLESS["moves robot 2"])
@@ -222,7 +225,9 @@ def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
 
 
 def test_no_other_block_may_switch_one_of_two_outputs_of_the_hand() -> None:
-    """This includes the output that opens the hand.
+    """The work ends if another block switches one of the hand's outputs.
+
+    This includes the output that opens the hand.
 
     Source: guide 4.5.1; RCX_GRIPPER, OpenOutput.
     """
@@ -293,7 +298,9 @@ def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() 
         else:
             assert bench.work() == "Done"
         assert bench.work("Second", HandEmpty=empty) == "Done"
-        assert bench.work("Second", HandEmpty=False) == "Done", "that was for one start"
+        assert bench.work("Second", HandEmpty=False) == "Done", (
+            "HandEmpty counted for the earlier start only"
+        )
 
 
 def test_of_a_start_that_is_refused_hand_empty_does_not_count() -> None:
@@ -365,7 +372,7 @@ def test_a_table_ends_if_another_block_moves_the_robot(engine: str) -> None:
     bench["Table.Execute"] = True
     bench.until(lambda: bench["Table.CallNumber"] == 7)
     bench.scan()
-    assert bench.work() == "Done", "another block of several commands, too"
+    assert bench.work() == "Done", "this includes another block of several commands"
     bench["Table.Acknowledge"] = True
     bench.until(lambda: not bench["Table.Busy"])
     assert (bench["Table.Done"], bench.told[-1]) == (True, "move 40")

@@ -106,7 +106,7 @@ def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.outputs(SO10=False)
     plc.scan(20)
-    assert _shown(plc, "Cycle") == _RUN, "the command that is out has its end first"
+    assert _shown(plc, "Cycle") == _RUN, "the command on the wire ends first"
     _end(plc)
     plc.scan(3)
     assert _shown(plc, "Cycle") == _fault(0x8006)
@@ -122,7 +122,7 @@ def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
     _press(plc, "Bare.Start")
     plc.scan_until(lambda: bool(plc["Bare.Run"]))
     plc.scan(20)
-    assert _shown(plc) == _RUN, "begun without it"
+    assert _shown(plc) == _RUN, "the cycle has begun without its work"
 
 
 @pytest.mark.parametrize("later", [0, 1, 5])
@@ -179,7 +179,7 @@ def test_stop_ends_it_once_the_work_under_way_is_done() -> None:
     _press(plc, "Cycle.Start")
     plc.scan_until(lambda: bool(plc["Cycle.Run"]))
     plc.scan(20)
-    assert _shown(plc, "Cycle") == _RUN, "the stop was that of the last time"
+    assert _shown(plc, "Cycle") == _RUN, "the stop belonged to the last cycle"
 
 
 def test_start_takes_a_stop_back_but_not_while_it_is_pressed() -> None:
@@ -240,7 +240,7 @@ def test_the_first_fault_is_shown_until_reset_and_then_start_works_again() -> No
     plc["Connected"] = True
     plc.scan(30)
     _press(plc, "Cycle.Start")
-    assert _shown(plc, "Cycle") == _fault(0x8020), "what comes later is not the first"
+    assert _shown(plc, "Cycle") == _fault(0x8020), "a later error is not the first one"
     assert (plc["Cycle.AlarmGroup"], plc["Cycle.AlarmCategory"]) == alarm
     _press(plc, "Cycle.Reset")
     plc.scan(50)
@@ -268,7 +268,7 @@ def test_reset_counts_with_its_edge_and_in_a_safe_cell_only() -> None:
     plc.scan(2)
     plc["Bare.WorkErrorID"] = 0
     plc.scan(2)
-    assert _shown(plc) == _fault(0x8011), "it was pressed before the fault"
+    assert _shown(plc) == _fault(0x8011), "the button was pressed before the fault"
     plc["Bare.Reset"] = False
     plc["EmergencyStopOk"] = False
     plc.scan()
@@ -281,7 +281,7 @@ def test_reset_counts_with_its_edge_and_in_a_safe_cell_only() -> None:
     plc.scan()
     plc["Bare.Reset"] = plc["Bare.Start"] = True
     plc.scan(2)
-    assert _shown(plc) == _IDLE, "Start is a button of its own"
+    assert _shown(plc) == _IDLE, "Start is a separate button"
 
 
 @pytest.mark.parametrize("state", ["POWER_UP", "RUN", "STOP"])
@@ -312,7 +312,7 @@ def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None
     plc.scan()
     assert _shown(plc) == _IDLE
     plc.scan()
-    assert _shown(plc) == _fault(0x8059), "one that stays is there still"
+    assert _shown(plc) == _fault(0x8059), "an error that stays is still shown"
 
 
 def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
@@ -346,7 +346,9 @@ def test_a_start_without_link_or_cell_is_a_fault(cause: str, error_id: int, when
         plc["Bare.Start"] = True
     plc.scan()
     assert _shown(plc) == _fault(error_id)
-    assert when == "meanwhile" or not plc["Bare.Powering.Busy"], "nor does that wait"
+    assert when == "meanwhile" or not plc["Bare.Powering.Busy"], (
+        "a later start is not delayed either"
+    )
     plc.outputs(SO01=True)
     plc["Connected"] = plc["EmergencyStopOk"] = True
     plc.scan(100)
@@ -425,7 +427,7 @@ def test_lost_servos_are_a_fault_at_once_where_no_command_is_out() -> None:
     plc = _running()
     plc["EmergencyStopOk"] = False
     plc.scan(20)
-    assert _shown(plc) == _RUN, "it is the servos that count, not why"
+    assert _shown(plc) == _RUN, "the servos count, not the reason"
     plc.outputs(SO02=False)
     plc.scan()
     assert _shown(plc) == _fault(0x800C)

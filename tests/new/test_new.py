@@ -212,7 +212,7 @@ def test_each_ci_file_installs_checks_tests_and_keeps_the_charts(tmp_path: Path,
     )
     places = [text.index(command) for command in commands]
     assert places == sorted(places)
-    assert re.search(r"(artifact|archiveArtifacts)[^#]*\bout/", text), "out/failed is in out/"
+    assert re.search(r"(artifact|archiveArtifacts)[^#]*\bout/", text), "out/failed is inside out/"
     assert "\t" not in text
     assert ("windows-latest" in text) is (ci == "github")
     assert "out/failed" in (tmp_path / ci / "pytest.ini").read_text(encoding="utf-8")

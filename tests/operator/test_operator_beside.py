@@ -17,7 +17,10 @@ def _stopped_without_the_hmi(plc: OperatorBench) -> bool:
 
 @pytest.mark.parametrize("key", _KEYS)
 def test_without_the_hmi_the_same_command_of_another_block_goes_on(key: str) -> None:
-    """This also holds after a command of the panel. Source: head of FB_Operator, HmiOk."""
+    """Without the HMI, another block's command continues, also after the same command of the panel.
+
+    Source: head of FB_Operator, HmiOk.
+    """
     plc = OperatorBench(Stepwise=True)
     plc.press(key, scans=20)
     assert _KEYS[key] in plc.codes

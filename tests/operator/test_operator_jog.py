@@ -41,7 +41,7 @@ def test_an_axis_moves_while_the_key_is_held(engine: str) -> None:
     assert "SI06" not in plc.inputs
     assert "Moving" not in plc.lamps()
     assert plc["Operator.Busy"]
-    assert plc.message == 0, "a jog that stops is no problem"
+    assert plc.message == 0, "stopping a jog is not an error"
     plc.scan(40)
     assert "SI06" in plc.inputs
     assert (plc["Operator.Busy"], plc["Operator.Error"]) == (False, False)
@@ -85,7 +85,7 @@ def test_stepwise_one_press_is_one_step_however_long_it_is_held(
     plc.press("JogMinus", then=60)
     assert plc.codes[4:] == [_SPEED, _AMOUNT, _STEP, _POSITION], "a short press, too"
     plc.scan(150)
-    assert not plc["Operator.Error"], "nothing is late once the step is done"
+    assert not plc["Operator.Error"], "after the step, no key counts as late"
 
 
 def test_the_selections_count_as_they_stood_at_the_press() -> None:
@@ -116,7 +116,7 @@ def test_the_other_key_stops_the_axis_and_moves_nothing() -> None:
     assert "SI06" not in plc.inputs
     assert plc.message == 0x8073
     plc.key("JogPlus", False, scans=80)
-    assert plc.codes == [_SPEED, 0x0020, _POSITION], "the key that is left was pressed too early"
+    assert plc.codes == [_SPEED, 0x0020, _POSITION], "the other key was pressed too early"
     plc.key("JogPlus", scans=2)
     assert plc.message == 0x8073
     plc.scan(40)
@@ -200,7 +200,9 @@ def test_stop_stops_a_jog() -> None:
     plc.scan(10)
     plc.key("Stop", False, scans=40)
     assert "Moving" not in plc.lamps()
-    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8007, False), "12.400 is its normal end"
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8007, False), (
+        "12.400 is the normal end of a jog"
+    )
     plc.press("Reset", then=60)
     assert plc.codes.count(0x0020) == 1, "the key is still held"
 
@@ -239,7 +241,7 @@ def test_a_selection_that_is_not_legal_is_told(selection: dict[str, Any], error:
     plc = OperatorBench(**selection)
     plc.key("JogPlus", scans=20)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (error, True)
-    assert not {0x0020, 0x0038} & {*plc.codes}, "nothing is set in the controller either"
+    assert not {0x0020, 0x0038} & {*plc.codes}, "no value was set in the controller either"
 
 
 @pytest.mark.parametrize(

@@ -60,7 +60,7 @@ def test_a_line_and_a_point_go_out_within_a_second_or_not_at_all(
 
 @pytest.mark.parametrize("key", ["StepLine", "Teach"])
 def test_behind_a_movement_of_another_block_no_line_and_no_teaching_is_possible(key: str) -> None:
-    """Otherwise the robot would be elsewhere than at the press when the key gets its turn.
+    """The keys are refused behind a movement, after which the robot would be at another place.
 
     Source: RCX_PANEL_KEYS.Teach; guide 4.2: category 1.
     """
@@ -214,7 +214,7 @@ def test_servo_on_is_not_possible_in_an_emergency_stop_and_nothing_waits_for_its
     assert _rose(plc, 100) == set()
     plc.outputs(SO03=False)
     assert _rose(plc, 100) == set()
-    assert plc.can("ServoOn") == [True], "now it is"
+    assert plc.can("ServoOn") == [True], "now servo on is possible"
 
 
 def test_a_stop_of_the_plcs_own_is_left_by_servo_on_without_waiting() -> None:
@@ -441,7 +441,7 @@ def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
     assert (plc.can("Reset"), plc["Panel.Following"]) == ([False], "PANEL_NEXT_NONE")
     plc.change("EmergencyStopOk", to=True, scans=40)
     plc.press("Reset")
-    assert plc.can("Reset") == [False], "it is at work"
+    assert plc.can("Reset") == [False], "the key is at work"
 
 
 @pytest.mark.parametrize("stop", [False, True])

@@ -97,7 +97,7 @@ def test_it_is_the_position_of_the_robot_that_was_jogged() -> None:
     assert plc.codes == [0x2038, 0x2020, 0x2506]
     plc.outputs(SO13=True, scans=3)
     plc.outputs(SO13=False, scans=20)
-    assert plc.codes[3:] == [0x3506], "of the one that is selected"
+    assert plc.codes[3:] == [0x3506], "the position of the selected robot"
 
 
 def test_what_ends_while_the_position_is_read_is_read_afterwards() -> None:

@@ -133,7 +133,7 @@ def test_a_request_counts_at_its_rising_edge_and_clears_the_last_refusal() -> No
     plc.command("START")
     assert plc["PackMl.ErrorID"] == 0x8077
     plc.change("PackMl.CntrlCmd", to="PACKML_CMD_RESET", scans=3)
-    assert (plc.state, plc["PackMl.ErrorID"]) == ("STOPPED", 0x8077), "no edge"
+    assert (plc.state, plc["PackMl.ErrorID"]) == ("STOPPED", 0x8077), "there was no edge"
     plc.change("PackMl.CmdChangeRequest", to=False)
     plc.command("RESET")
     assert (plc.state, plc["PackMl.ErrorID"]) == ("RESETTING", 0)
@@ -192,7 +192,7 @@ def test_clearing_ends_stopped_only_once_the_fault_has_gone() -> None:
     plc.scan(5)
     assert (plc.state, plc["PackMl.AbortID"]) == ("CLEARING", 0x8004)
     plc.change("PackMl.StateComplete", to=True)
-    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8003), "still there"
+    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8003), "the fault is still present"
     plc.scan()
     assert plc.state == "ABORTED"
     plc["PackMl.CmdChangeRequest"] = plc["PackMl.StateComplete"] = False
@@ -217,7 +217,7 @@ def test_the_unit_mode_changes_at_rest_only(state: str) -> None:
         before = plc["PackMl.Mode"]
         plc.put(state)
         plc.change("PackMl.UnitMode", to=f"PACKML_MODE_{mode}")
-        assert plc["PackMl.Mode"] == before, "not asked for"
+        assert plc["PackMl.Mode"] == before, "the mode was not requested"
         plc.change("PackMl.UnitModeChangeRequest", to=True)
         if state in ("STOPPED", "IDLE", "ABORTED"):
             assert plc["PackMl.Mode"] == f"PACKML_MODE_{mode}"
@@ -250,7 +250,7 @@ def test_a_mode_that_is_taken_clears_the_refusal_of_a_command() -> None:
     assert plc["PackMl.ErrorID"] == 0x8077
     plc["PackMl.CmdChangeRequest"] = False
     plc.change("PackMl.UnitMode", to="PACKML_MODE_MANUAL")
-    assert plc["PackMl.ErrorID"] == 0x8077, "nothing was asked for"
+    assert plc["PackMl.ErrorID"] == 0x8077, "no command was requested"
     plc.change("PackMl.UnitModeChangeRequest", to=True)
     assert (plc["PackMl.ErrorID"], plc["PackMl.Error"]) == (0, False)
     assert (plc["PackMl.Mode"], plc["PackMl.UnitModeCurrent"]) == ("PACKML_MODE_MANUAL", 3)
@@ -269,7 +269,7 @@ def test_what_has_aborted_stays_told_while_other_faults_come_and_go() -> None:
     plc.put("EXECUTE")
     plc.command("ABORT")
     plc.outputs(SO03=True, scans=1)
-    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0), "the command was first"
+    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0), "the command came first"
 
 
 def test_before_the_first_call_the_outputs_say_what_the_first_call_says() -> None:

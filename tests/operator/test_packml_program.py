@@ -89,7 +89,9 @@ def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_betwee
         line.until(end)
         line.scan(10)
     line.until("COMPLETE")
-    assert line.cell.robot.machine.ports.read(port("SO3()")) == 4, "to its last line"
+    assert line.cell.robot.machine.ports.read(port("SO3()")) == 4, (
+        "the program ran to its last line"
+    )
     line.go(("RESET", "IDLE"))
     assert line.seen == [
         *("ABORTED", "CLEARING", "STOPPED", "RESETTING", "IDLE", "STARTING", "EXECUTE"),

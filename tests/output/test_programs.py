@@ -82,7 +82,7 @@ def test_a_program_ends_with_the_process_that_started_it(number: signal.Signals)
 
 def _assert_closed(stream: IO[bytes]) -> None:
     """Check that no process has the other end of the pipe open. A zombie does not count."""
-    assert select.select([stream], [], [], _LONGEST)[0], "somebody still has it"
+    assert select.select([stream], [], [], _LONGEST)[0], "another process still has the pipe open"
     assert stream.read() == b""
 
 

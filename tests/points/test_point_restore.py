@@ -52,7 +52,9 @@ def test_a_row_that_is_not_defined_is_not_written(plc: PointsBench) -> None:
     tickets = plc["Robot.Inner.Command.NextTicket"]
     assert plc.run("Restore") == 0
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 13)]
-    assert plc["Robot.Inner.Command.NextTicket"] - tickets == 3, "nor does it wait for a turn"
+    assert plc["Robot.Inner.Command.NextTicket"] - tickets == 3, (
+        "the block does not wait for a turn either"
+    )
 
 
 def test_a_record_of_a_hundred_rows_is_carried_whole(plc: PointsBench) -> None:
@@ -151,7 +153,9 @@ def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
 
 
 def test_an_array_that_was_never_filled_is_refused(plc: PointsBench) -> None:
-    assert (plc["Restore.Row"], plc["Backup.Row"]) == (1, 1), "a row of the array from the start"
+    assert (plc["Restore.Row"], plc["Backup.Row"]) == (1, 1), (
+        "Row is a row of the array from the start"
+    )
     assert plc.run("Restore", most=1) == 0x8044
     assert plc["Restore.LastDifferent"] == -1
 
@@ -351,7 +355,7 @@ def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBe
     plc["Restore.Execute"] = False
     seen = []
     while plc["Restore.Busy"]:
-        assert plc["Restore.Active"] or not plc.words[0], "a code is out"
+        assert plc["Restore.Active"] or not plc.words[0], "a code is on the wire"
         plc.scan()
         if plc["Restore.Different"]:
             seen.append(plc["Restore.LastDifferent"])
@@ -366,7 +370,7 @@ def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: Poi
     plc["Rows[1].Values[1]"] = 7
     plc.silent = True
     plc.scan(5)
-    assert plc["Restore.Row"] == 1, "the command is still out"
+    assert plc["Restore.Row"] == 1, "the command is still on the wire"
     plc.silent = False
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
     assert plc.stored[0x100, 10] == [1, 0, 10, 0, *[0] * 10]

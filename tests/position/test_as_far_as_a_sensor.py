@@ -87,7 +87,7 @@ def test_it_ends_where_the_sensor_comes_and_says_where_that_is(cell: Cell) -> No
     cell["Main.Touched"] = False
     cell["Main.Search"] = True
     cell.run_until(lambda: cell["Main.Way.Done"], within="60s")
-    assert not cell["Main.Place.Busy"], "nothing was touched"
+    assert not cell["Main.Place.Busy"], "the tool touched nothing"
 
 
 def test_it_moves_only_as_long_as_the_key_is_held(cell: Cell) -> None:

@@ -106,7 +106,7 @@ def test_without_valid_or_with_old_data_it_is_not_there() -> None:
         assert not point.off(1.4), "within tolerance and dead band"
         assert (point["Valid"], point["Error"]) == (False, False)
         point[pin] = right
-        assert not point.off(1.4), "it has to come anew"
+        assert not point.off(1.4), "There must turn TRUE again"
         assert point["Valid"]
         assert point.off(0)
     point["Age"], point["MaxAge"] = "T#2s", "T#2s"

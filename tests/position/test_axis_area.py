@@ -139,4 +139,4 @@ def test_limits_are_in_their_order_and_range(
         assert (told, area["ErrorID"], area["Valid"], area["Depth"]) == ("-", 0x8045, False, 0)
     else:
         assert (area["ErrorID"], area["Depth"]) == (0, depth)
-        assert told == ("inside" if depth >= 0 else "outside"), "it was inside before"
+        assert told == ("inside" if depth >= 0 else "outside"), "the axis was inside before"

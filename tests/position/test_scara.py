@@ -110,9 +110,9 @@ def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand:
 def test_a_thousandth_from_stretched_or_folded_is_a_bend(
     engine: str, far: float, bend: float
 ) -> None:
-    """The law of cosines: cos = (far^2 - 225^2 - 175^2) / (2 * 225 * 175).
+    """The law of cosines gives cos = (far^2 - 225^2 - 175^2) / (2 * 225 * 175).
 
-    For 399.999 mm that is 1 - 1.0159E-5, for 50.005 mm 6.349E-6 - 1.
+    For 399.999 mm that is 1 - 1.0159E-5, and for 50.005 mm 6.349E-6 - 1.
 
     Rule: robot-arm.
     """
@@ -265,7 +265,9 @@ def test_axis_1_comes_within_half_a_turn(
     """
     joints, error = inverse([*place, 0, 0], "HAND_RIGHT", Base=[0.0, 0.0, 0.0, base])
     assert error == 0
-    assert joints[:2] == pytest.approx([axis1, 0], abs=0.5), "near to stretched: in degrees only"
+    assert joints[:2] == pytest.approx([axis1, 0], abs=0.5), (
+        "nearly stretched: compared in degrees only"
+    )
 
 
 def test_the_zeros_are_what_the_axes_count_from() -> None:
@@ -379,7 +381,7 @@ def test_the_arm_is_right_handed_unless_it_is_said() -> None:
 
 
 def test_axes_5_and_6_do_not_count() -> None:
-    """This applies to the position and to the arm.
+    """Axes 5 and 6 of the position and of the arm have no effect.
 
     Source: comments of RCX_SCARA and of PositionMm.
     """
@@ -426,7 +428,7 @@ def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_caus
 
 def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
     assert inverse([0, 300, 0, 0], "HAND_NONE") == ([0] * 6, 0x8045)
-    assert inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "the first that is wrong"
+    assert inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "no pose may be wrong"
     assert inverse([0, 300, 0, 0], "HAND_NONE", Arm1=0.0)[1] == 0x8061
     assert inverse([0, 300, 0, 8193], "HAND_RIGHT", Arm1=0.0)[1] == 0x8061
 

@@ -85,7 +85,7 @@ def test_in_the_shift_the_points_are_zero_and_on_x() -> None:
         frame = Frame((1000.0,) * 4, shift=tuple(round(1000 * one) for one in shift))
         seen = [frame.to_mm([round(1000 * one) for one in place]) for place in (origin, there)]
         assert seen[0][:3] == pytest.approx([0, 0, 0], abs=2)
-        assert seen[1][:2] == pytest.approx([1000 * far, 0], abs=30), "0.03 mm on 2800"
+        assert seen[1][:2] == pytest.approx([1000 * far, 0], abs=30), "0.03 mm on 2800 mm"
 
 
 @pytest.mark.parametrize("way", [(10, 0), (0, -10), (6, 8)])

@@ -63,7 +63,7 @@ def test_the_first_position_is_read_at_once(engine: str, before: int) -> None:
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
     assert plc["Position.HandSystem"] == "HAND_RIGHT"
     plc.answer(0, scans=20)
-    assert plc["Position.Valid"], "in every scan"
+    assert plc["Position.Valid"], "a direct position in every scan"
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
 
 
@@ -124,7 +124,9 @@ def test_it_is_read_again_after_the_period(period: int | None) -> None:
     assert _ms(plc) == pytest.approx(20)
     scans = plc.scan_until(lambda: plc.words[0] == 0x0506)
     assert scans == (period or 500) // 10 - 1, "data in the scan of the period, then the code"
-    assert _ms(plc) == pytest.approx((period or 500) + 10), "the last position until the answer"
+    assert _ms(plc) == pytest.approx((period or 500) + 10), (
+        "the last position stays until the answer"
+    )
     plc.answer(0x0200, [0, 0, 4, 5], scans=1)
     assert _ms(plc) == pytest.approx(20)
     assert plc["Position.PositionMm"][0] == pytest.approx(0.005)
@@ -139,7 +141,7 @@ def test_while_a_command_is_out_it_waits_and_the_age_grows() -> None:
     assert plc["Position.Valid"]
     assert _ms(plc) == pytest.approx(1020)
     assert plc["Robot.Inner.Command.NextTicket"] - plc["Robot.Inner.Command.Serving"] == 1, (
-        "it takes no ticket behind a command that is out"
+        "the block takes no ticket while a command is on the wire"
     )
     plc.complete()
     _read(plc)
@@ -213,7 +215,9 @@ def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
     plc["Position.Direct"] = False
     plc.scan_until(lambda: plc.words[0] == 0x0506)
     plc.answer(0x0200, [0, 0, 2, 7], scans=1)
-    assert plc["Position.PositionMm"][0] == pytest.approx(0.007), "asked for in the same scan"
+    assert plc["Position.PositionMm"][0] == pytest.approx(0.007), (
+        "both were requested in the same scan"
+    )
 
 
 def test_a_reading_whose_turn_begins_in_the_scan_of_a_direct_position_is_not_older() -> None:
@@ -242,7 +246,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
         assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
         assert not plc["Position.Valid"]
         plc.scan()
-        assert not any(plc.words), "it does not start again by itself"
+        assert not any(plc.words), "reading does not start again by itself"
     plc.change("Position.Enable", to=False)
     shown = [plc[f"Position.{pin}"] for pin in ("Error", "ErrorID", "AlarmGroup", "AlarmCategory")]
     assert shown == [False, 0, 0, 0]

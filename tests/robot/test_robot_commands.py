@@ -1,4 +1,4 @@
-"""Effects and refusals of single remote commands."""
+"""Single remote commands have their effects, and illegal ones are refused."""
 
 from __future__ import annotations
 

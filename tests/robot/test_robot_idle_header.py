@@ -1,4 +1,4 @@
-"""The meaning of the idle header in the master's cyclic packets."""
+"""The controller interprets the idle header in the master's cyclic packets."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ def test_without_enable_nothing_is_shown() -> None:
     assert plc["AutoMode.Text"] == ""
     plc.outputs(SO10=False)
     plc.change("AutoMode.Enable", to=True)
-    assert _shown(plc) == ("Busy", 0, "AUTO_NOT_SELECTED"), "what was before is forgotten"
+    assert _shown(plc) == ("Busy", 0, "AUTO_NOT_SELECTED"), "the earlier state has no effect"
 
 
 def test_it_touches_no_dedicated_input() -> None:

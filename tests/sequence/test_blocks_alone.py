@@ -106,7 +106,9 @@ def test_a_program_that_ended_before_the_stop_input_went_off_needs_no_interval()
 
 
 def test_a_release_that_failed_puts_the_hold_back_once_and_at_once() -> None:
-    """Its Execute stays TRUE. It does not work against a later release by another block.
+    """A failed release restores the hold once, although its Execute stays TRUE.
+
+    A later release by another block remains.
 
     Source: head of FB_ServoOnFromEmergencyStop.
     """

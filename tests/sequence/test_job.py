@@ -149,7 +149,7 @@ def test_link_loss_ends_the_waiting_blocks_too() -> None:
     assert plc.words[0] == 0
     assert plc.inputs == ["SI00", "SI06"]
     plc.change("Third.Execute", to=True, scans=4)
-    assert plc.words[0] == 0x0503, "dead tickets do not stop the channel"
+    assert plc.words[0] == 0x0503, "abandoned tickets do not stop the channel"
 
 
 def _job(**inputs: object) -> Alone:
@@ -214,7 +214,7 @@ def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(a
     job.scan(30)
     assert job["Block.Busy"] is job["Block.Request"] is False, "Execute is still TRUE: no new edge"
     begun = _job(Answer=answer)
-    assert begun["Channel.NextTicket"] == 1, "what starts in such a scan stands in the queue"
+    assert begun["Channel.NextTicket"] == 1, "a job that starts in such a scan is in the queue"
 
 
 @pytest.mark.parametrize(("ahead", "live"), [(10, True), (32_767, True), (32_768, False)])
@@ -402,7 +402,7 @@ def test_a_job_that_begins_out_of_place_ends_in_that_call_without_a_ticket(remot
     assert _out_of_place(job)[0] == 0
     job["Placed"] = True
     job.scan(110)
-    assert job["Block.ErrorID"] == 0x8017, "it is no new edge"
+    assert job["Block.ErrorID"] == 0x8017, "there was no new edge"
     job["Block.Execute"] = False
     job.scan(120)
     job["Block.Execute"] = True

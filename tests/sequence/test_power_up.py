@@ -59,7 +59,7 @@ def _until(plc: PlcBench, stage: str) -> None:
 
 
 def test_from_power_on_to_a_running_program_with_one_execute() -> None:
-    """These inputs turn ON after power-on in this order. Source: manual chapter 5, 3.1 and 3.2."""
+    """After power-on, these inputs turn ON in this order. Source: manual chapter 5, 3.1 and 3.2."""
     plc = _off()
     seen: list[str] = []
     for stage in _STAGES:
@@ -104,12 +104,12 @@ def test_each_wait_is_limited_and_says_what_it_waits_for(stage: str, error: int,
     taken = plc.scan_until(lambda: plc["PowerUp.Busy"] is False, most=40)
     assert 29 <= taken <= 32
     assert plc["PowerUp.ErrorID"] == error
-    assert plc["PowerUp.Stage"] == f"POWER_UP_{stage}", "it says where it failed"
+    assert plc["PowerUp.Stage"] == f"POWER_UP_{stage}", "Stage shows where the block failed"
     plc.scan(40)
     assert set(plc.inputs) <= {"SI00", "SI06"}
     _give(plc, stage)
     plc.scan(40)
-    assert set(plc.inputs) <= {"SI00", "SI06"}, "what comes too late starts nothing"
+    assert set(plc.inputs) <= {"SI00", "SI06"}, "a late signal starts nothing"
     assert pins(plc, "PowerUp") == "Error"
     assert plc["Robot.Inner.Sequence.Serving"] == plc["Robot.Inner.Sequence.NextTicket"]
 

@@ -23,7 +23,7 @@ def test_initial_servo_on_process_after_power_on() -> None:
     plc.change("ServoOn.Execute", to=True)
     assert plc.inputs == ["SI00", "SI01", "SI06"]
     plc.scan(30)
-    assert plc.inputs == ["SI00", "SI01", "SI06"], "kept until the status is confirmed"
+    assert plc.inputs == ["SI00", "SI01", "SI06"], "SI(01) stays ON until the status is confirmed"
     assert plc["ServoOn.Active"]
     assert plc["Robot.Inner.Sequence.Holder"] == 0x0001
     plc.outputs(SO02=True, scans=1)

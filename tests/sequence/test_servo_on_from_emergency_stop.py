@@ -34,7 +34,9 @@ def test_servo_on_process_from_emergency_stop_status() -> None:
     assert pins(plc, "Restart") == "Busy Active"
     assert plc["Restart.Stage"] == "POWER_UP_ALARM_RESET"
     plc.scan(30)
-    assert plc.inputs == ["SI00", "SI06", "SI16"], "kept until SO(03) is OFF, and no servo ON yet"
+    assert plc.inputs == ["SI00", "SI06", "SI16"], (
+        "SI(16) stays ON until SO(03) is OFF, and SI(01) stays OFF"
+    )
 
     plc.outputs(SO03=False, scans=1)
     assert plc.inputs == ["SI00", "SI06"]
@@ -141,7 +143,7 @@ def test_what_stays_as_it_is_ends_it_at_the_time_limit(
     assert taken >= 30
     assert (plc["Restart.ErrorID"], plc["Restart.Stage"]) == (error, f"POWER_UP_{stage}")
     plc.scan(30)
-    assert plc.inputs == ["SI00", "SI06"], "its own emergency stop is released"
+    assert plc.inputs == ["SI00", "SI06"], "the block's own emergency stop is released"
 
 
 def test_missing_main_power_ends_it_at_the_time_limit() -> None:
@@ -152,8 +154,8 @@ def test_missing_main_power_ends_it_at_the_time_limit() -> None:
     assert plc["Restart.ErrorID"] == 0x8005
     assert plc["Restart.Stage"] == "POWER_UP_MP_READY"
     plc.outputs(SO04=True, scans=30)
-    assert plc.inputs == ["SI00", "SI06"], "what comes too late starts nothing"
-    assert plc["Restart.Stage"] == "POWER_UP_MP_READY", "it says where it failed"
+    assert plc.inputs == ["SI00", "SI06"], "a late signal starts nothing"
+    assert plc["Restart.Stage"] == "POWER_UP_MP_READY", "Stage shows where the block failed"
     assert pins(plc, "Restart") == "Error"
 
 

@@ -153,7 +153,7 @@ def queue() -> PlcBench:
 def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     queue: PlcBench, scans: int, before: int
 ) -> None:
-    """This includes a full queue, in which no more tickets can be taken.
+    """Blocks that have left the queue, even a full one, do not delay the block behind them.
 
     Source: design of the library, 2: a turn goes to the next job that is still there, at once.
     """
@@ -230,7 +230,9 @@ def test_the_channel_of_the_dedicated_inputs_is_free_at_once_too(
 def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
     block: str,
 ) -> None:
-    """Its time limit would count twice. A command that was sent is held to its end.
+    """A second call in a scan ends the block, because its time limit would count twice.
+
+    A command that was sent is held to its end.
 
     Source: docs/explanation/scan-model.md: once in every scan.
     """
@@ -248,7 +250,7 @@ def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
     plc.change("Twice", to=True)
     assert plc[f"{block}.ErrorID"] == 0x8016
     plc.scan(50)
-    assert plc.words[0] == code, "held to its end"
+    assert plc.words[0] == code, "the command is held to its end"
     plc["Good"] = plc["Twice"] = False
     plc.answer(0x0200, scans=1)
     plc.answer(0x0000, scans=2)

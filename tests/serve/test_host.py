@@ -103,7 +103,7 @@ def test_a_killed_controller_takes_no_event() -> None:
     async def kill_and_ask() -> None:
         host = _host()
         await host.start()
-        assert host.status != Status(), "it has told how it is"
+        assert host.status != Status(), "the process has sent its status"
         try:
             await host.ask({"event": "link_down", "args": {}})
             os.kill(host.pid, signal.SIGKILL)

@@ -229,7 +229,7 @@ def test_plain_lines_tell_commands_at_their_end_and_broken_rules(served: ServedH
     _, lines = watched(served)
     served.network.send(image(0x41, 0x0505))
     served.run(5)
-    assert lines.new() == [], "it still runs"
+    assert lines.new() == [], "the controller still runs"
     served.run(50)
     served.network.send(image(0x41, 0x0FFF))
     served.run(10)

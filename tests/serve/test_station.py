@@ -131,7 +131,7 @@ def test_a_cut_cable_cuts_the_adapter_off_and_the_controller_learns_it_by_the_ti
     status = running.run(5)
     assert link_of(running) is LinkState.CUT
     assert status.link_cut
-    assert status.network_led == "green", "nobody has noticed yet"
+    assert status.network_led == "green", "neither side has noticed the loss yet"
     running.network.become(OwnerState.TIMED_OUT)
     assert running.run(5).network_led == "red, flashing"
     running.station.happen("link_up")
@@ -146,7 +146,7 @@ def test_without_power_the_adapter_is_off_until_the_controller_has_booted(
     running.run(5)
     assert link_of(running) is LinkState.OFF
     assert running.status.module_led == "green and red, flashing"
-    assert running.status.si == "", "what stands in the memory is nothing that arrives"
+    assert running.status.si == "", "old data in the memory do not count as received"
     running.run(250)
     assert link_of(running) is LinkState.UP
 

@@ -117,7 +117,7 @@ def test_the_end_of_what_the_parent_says_is_the_end(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_parent_that_hears_no_more_is_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """This also applies if its other pipe is still open."""
+    """If the parent no longer reads, the process ends, even if its other pipe is open."""
 
     class Broken(io.StringIO):
         def write(self, text: str) -> int:

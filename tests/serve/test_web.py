@@ -101,7 +101,7 @@ def test_a_report_has_the_way_since_the_last_one(hosts: list[ServedHost]) -> Non
     times = [t_us for t_us, *_ in served.way][-10:]
     assert {later - t_us for t_us, later in pairwise(times)} == {20_000}
     served.run(100)
-    assert [t_us for t_us, *_ in served.way][-1] == times[-1], "it stands still"
+    assert [t_us for t_us, *_ in served.way][-1] == times[-1], "the axis does not move"
 
 
 def test_an_event_by_post_happens_to_its_controller(client: WebClient) -> None:

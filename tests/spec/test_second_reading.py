@@ -138,7 +138,7 @@ def test_requests_are_legal_where_the_commands_section_says_so(reading: Reading)
 @some_commands
 @every_command
 def test_each_bit_alone_is_legal_where_the_commands_section_says_so(reading: Reading) -> None:
-    """This covers fixed 0 bits, unused words, and flags that exclude each other.
+    """Both readings agree for each single bit: fixed, unused, and exclusive bits.
 
     Source: remote command guide 4.2 to 4.9, rows of n+2 to n+30
     """

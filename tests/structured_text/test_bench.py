@@ -88,7 +88,7 @@ def test_a_stimulus_sets_inputs_for_a_time_and_stops_the_plc(lamp: Path, tmp_pat
         ('{ time = "1s", plc = "halt" }', r":2: unknown event 'halt'"),
         (
             '{ time = "1s", plc = { event = "run", start = "hot" } }',
-            r":2: start = 'hot' is not a start",
+            r":2: start = 'hot' is not a kind of start",
         ),
         (
             '{ time = "1s", plc = { event = "overrun", by = "1s", x = 1 } }',
@@ -113,7 +113,7 @@ def test_each_run_gives_the_same_trace(lamp: Path, tmp_path: Path) -> None:
             bench.run("60ms")
     header, *lines = map(json.loads, files[0].read_text().splitlines())
     assert header["scan_us"] == 10_000
-    assert "size" not in header, "it has no areas"
+    assert "size" not in header, "the program has no areas"
     assert [one["vars"]["Main.Lamp"] for one in lines] == [False] * 5 + [True]
     assert lines[5] == {"t_us": 50_000, "scan": 5, "vars": {"Main.Go": True, "Main.Lamp": True}}
     assert files[0].read_bytes() == files[1].read_bytes()

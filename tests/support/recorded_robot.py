@@ -24,8 +24,8 @@ class RecordedMaster(Master):
         self.cycles: list[tuple[int, bytes | None, bytes]] = []
         self.happenings: list[Happening] = []
 
-    def run(self, ms: float) -> None:
-        """Let `ms` pass, in cycles of 5 ms."""
+    def run(self, ms: float, *, idle: bool = True) -> None:
+        """Let `ms` pass, in cycles of 5 ms; the inputs never change by themselves."""
         for _ in range(round(ms * 1000) // CYCLE_US):
             si = bytes(self.si) if self.connected else None
             self.so = self.robot.cycle(self.now_us, si)

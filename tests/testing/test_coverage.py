@@ -133,7 +133,7 @@ def test_a_run_fails_where_less_is_covered_than_demanded(run: Run) -> None:
     result = run(_DARK, "--rcx-coverage", "--rcx-cover-fail-under", "66.6")
     assert result.ret == pytest.ExitCode.OK
     assert run(_DARK, coverage="true", cover_fail_under="70").ret == pytest.ExitCode.TESTS_FAILED
-    assert run(_DARK, cover_fail_under="70").ret == pytest.ExitCode.OK, "none is counted"
+    assert run(_DARK, cover_fail_under="70").ret == pytest.ExitCode.OK, "no statement is counted"
 
 
 def test_nothing_counted_is_not_enough(run: Run) -> None:
@@ -238,5 +238,5 @@ def test_a_run_on_another_engine_is_reported_as_not_counted(
     result.assert_outcomes(passed=2)
     result.stdout.fnmatch_lines(["not counted: the matiec engine counts no coverage"])
     result = run(_DARK, "--rcx-coverage")
-    assert "not counted" not in result.stdout.str(), "auto takes the engine that counts"
+    assert "not counted" not in result.stdout.str(), "--engine auto selects the engine that counts"
     result.stdout.fnmatch_lines(["rcx-harness *: engine builtin (it counts coverage), *"])

@@ -104,7 +104,7 @@ def test_the_chart_shows_the_last_second_where_enough_happens_in_it(run: Run) ->
     times = [int(time) for line in heads for time in line.split()[2:]]
     assert times == [*range(1600, 2601, 100)]
     wave = next(line for line in result.outlines if line.startswith("SI(01)")).split()[-1]
-    assert wave.startswith("\N{UPPER ONE EIGHTH BLOCK}" * 2), "it went ON at 1500 ms"
+    assert wave.startswith("\N{UPPER ONE EIGHTH BLOCK}" * 2), "SI(01) turned ON at 1500 ms"
 
 
 def test_the_files_hold_the_chart_and_the_whole_trace(run: Run, pytester: pytest.Pytester) -> None:
@@ -292,7 +292,7 @@ def test_a_cell_that_the_test_has_closed_is_shown_without_variables(run: Run) ->
     result = run("def test_it(cell):\n    cell.run('1s')\n    cell.close()\n    assert False\n")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*rcx: timing chart*", "*rcx: files*"])
-    assert "rcx: variables" not in result.stdout.str(), "with matiec they are gone"
+    assert "rcx: variables" not in result.stdout.str(), "with matiec these variables are missing"
 
 
 @pytest.mark.exhaustive

@@ -111,9 +111,7 @@ def test_a_column_is_wide_enough_for_what_stands_in_it() -> None:
         timeline.take(Scan(ms * 1000, 0, area(), area(code), {"Main.Text": text}))
     lines = {line[:19].strip(): line[20:] for line in text_chart(timeline, 100).splitlines()}
     assert "\u2573ReadPositionPulses\u2500\u2573" in lines["Remote command code"]
-    assert f"\u2573'{'x' * 23}\u2026" in lines["Main.Text"], (
-        "24 characters, and that there are more"
-    )
+    assert f"\u2573'{'x' * 23}\u2026" in lines["Main.Text"], "24 characters and a sign for the rest"
     assert "\u2573'b'" in lines["Main.Text"]
     texts = [n.text or "" for n in ElementTree.fromstring(svg_chart(timeline)).iter(f"{SVG}text")]
     assert "ReadPositionPulses" in texts

@@ -125,7 +125,7 @@ def test_everything_executed_is_complete(measured: Measure) -> None:
 
 
 def test_a_branch_that_is_not_taken_is_named_with_its_line(measured: Measure) -> None:
-    """This includes a missing ELSE, and a CASE in which no label fits."""
+    """A branch that is not taken has its line, also a missing ELSE and a CASE without a match."""
     result = measured([(20, True, "SIZE_SMALL")])
     assert _open(result) == [
         "17: not taken: ELSIF Level > 5",
@@ -158,7 +158,7 @@ def test_a_loop_without_a_round_counts_unless_constants_exclude_it(measured: Mea
     ids=["FOR", "REPEAT", "WHILE"],
 )
 def test_a_branch_not_taken_in_a_loop_is_found(measured: Measure, loop: str) -> None:
-    """Its counter is 1, 2 and 3."""
+    """The loop counter is 1, 2 and 3, so that the branch for 5 is not taken."""
     branch = "    IF k = {} THEN\n      Shown := 1;\n    END_IF;\n"
     body = loop.format(body=branch.format(2) + branch.format(5))
     start, end = _BLOCK.index("  k := 1;"), _BLOCK.index("  Good :=")

@@ -394,10 +394,12 @@ def test_records_of_lcov_stand_at_lines_with_statements(result: FileResult) -> N
     assert of["DA"] == {"3", "4", "10", "11", "13", "14", "18", "21", "24", "31", "32"}
     assert of["BRDA"] == {"3", "10"}
     blocks = {tuple(rest.split(",")[:2]) for kind, _, rest in rows if kind == "BRDA"}
-    assert len(blocks) == len({block for _, block in blocks}) == 2, "one for each IF of the file"
+    assert len(blocks) == len({block for _, block in blocks}) == 2, (
+        "a branch for each IF of the file"
+    )
     assert of["FN"] == {"3", "10", "18", "21", "24", "31"}
     assert {"LF": {"11"}, "LH": {"7"}, "BRF": {"4"}, "BRH": {"2"}}.items() <= of.items()
-    assert "MCDC" not in of, "other readers refuse it"
+    assert "MCDC" not in of, "other readers refuse the file"
 
 
 def test_lcov_takes_the_conditions_of_a_line_as_one_group(run: Run) -> None:

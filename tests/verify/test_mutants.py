@@ -175,7 +175,7 @@ def test_every_operator_makes_its_mistake_as_a_change_of_lines(house: Path) -> N
 
 
 def test_the_function_of_the_low_word_is_taken_for_that_of_the_high_one(house: Path) -> None:
-    """This mutation applies if both functions exist and their names differ only in Low and High."""
+    """Functions whose names differ only in Low and High are exchanged, if both exist."""
     area = house / "plc" / "lib" / "area"
     functions = "".join(
         f"FUNCTION FC_My{half}Word : WORD\n  VAR_INPUT Value : DWORD; END_VAR\n"

@@ -66,7 +66,7 @@ def test_a_file_that_raises_is_bad_input_at_its_line(
     assert message in str(raised.value)
     assert str(raised.value).isprintable()
     assert raised.value.exit_code == 2
-    assert sys.exit is exits, "the command itself ends with it"
+    assert sys.exit is exits, "the command ends with this code"
 
 
 @pytest.mark.parametrize(

@@ -127,7 +127,7 @@ def test_three_calls_are_counted(build: Build) -> None:
     ],
 )
 def test_areas_that_are_taken_twice_are_reported(build: Build, body: str, text: str) -> None:
-    """Otherwise Elapsed would be 0, or data and code would be sent in one scan."""
+    """A second call of an area block is reported, because Elapsed or a command would be wrong."""
     assert told(build(body)) == [text]
 
 
@@ -154,7 +154,7 @@ def test_a_block_that_is_left_out_while_it_is_busy_is_reported(build: Build) -> 
     cell = build(f"{READ} IF NOT Gate THEN {ORIGIN} END_IF; {WRITE}")
     cell["Main.Gate"] = True
     cell.scan(2)
-    assert told(cell) == [], "it is not busy"
+    assert told(cell) == [], "the block is not Busy"
     cell["Main.Gate"], cell["Main.Go"] = False, True
     cell.run_until(lambda: cell["Main.Connected"], within="5s")
     cell.run_until(lambda: cell["Main.Origin.Error"], within="1s")

@@ -174,7 +174,7 @@ def test_writes_without_a_link_are_not_judged(cell: Cell) -> None:
 
 
 def test_a_code_from_before_the_loss_of_the_link_is_not_judged_after_it() -> None:
-    """It is unknown whether the controller has seen the code, and with which result."""
+    """A code from before a loss is not checked: the controller may have executed it or not."""
     ready, rest = bytearray(48), bytes(48)
     ready[32] = 0x02  # SO(01)
     move = MOVE.to_bytes(2, "little") + bytes(46)

@@ -291,7 +291,7 @@ def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
 
 
 def test_a_command_that_is_taken_back_before_its_end_is_not_counted() -> None:
-    """This also holds if its end is read while no code is shown."""
+    """A withdrawn command is not counted, even if its end is read without a code."""
     monitor = WireMonitor()
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=RUN))
     play(monitor, *out, Scan(30, status=RUN), Scan(40, status=END), Scan(50))
@@ -300,7 +300,7 @@ def test_a_command_that_is_taken_back_before_its_end_is_not_counted() -> None:
 
 @pytest.mark.parametrize("status", [READY, RUN])
 def test_the_end_of_the_command_before_does_not_free_the_next(status: int) -> None:
-    """This also holds if the earlier command was still running."""
+    """The end of an earlier command, even a running one, does not end the hold of the next."""
     before = (Scan(0), Scan(10, code=0x0101), Scan(15, code=0x0101, status=status))
     after = (*before, Scan(20, status=END), Scan(30), Scan(40, code=0x0102))
     assert judge(*after, Scan(50)) == [

@@ -12,10 +12,9 @@ from typing import Any, NamedTuple
 
 from rcx_harness.robot import Controller
 from rcx_harness.robot.config import RobotProgram
-from rcx_harness.robot.program.execution import NEXT
 from rcx_harness.robot.program.expressions import evaluate, number_of
-from rcx_harness.robot.program.syntax import Instruction, Program
-from rcx_harness.robot.tasks import RobotTask
+from rcx_harness.robot.program.syntax import NEXT, Instruction, Program
+from rcx_harness.robot.program.task import RobotTask
 from structured_text.engines.builtin.collector import CountedText, TextBranch, collecting
 
 __all__ = ["Plan", "count_programs", "plan_of"]

@@ -14,7 +14,15 @@ from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions, WorkersOrNone
-from rcx_harness.cli.options import Dialect, Lib, Sources, counted, duration_us, with_options
+from rcx_harness.cli.options import (
+    Device,
+    Dialect,
+    Lib,
+    Sources,
+    counted,
+    duration_us,
+    with_options,
+)
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.console import quoted
@@ -43,6 +51,7 @@ class Options(FarmOptions):
     files: Sources
     lib: Lib = None
     dialect: Dialect = None
+    device: Device = ""
     inputs: Annotated[
         list[str] | None,
         typer.Option(
@@ -144,14 +153,15 @@ def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
             raise InputError(f"--{name} needs --robot", hint="name the robot file, too")
     settings = _settings(given)
     settings = type(settings)(**vars(settings) | {"report": report})
-    found = explore_program(source_files(list(given.files), given.lib), settings, farm)
+    sources = source_files(list(given.files), given.lib, device=given.device)
+    found = explore_program(sources, settings, farm)
 
     def finish() -> bool:
         _print(found, settings)
         broken = found.result.broken
         if broken is None:
             return False
-        stimulus, shown = replay(given.files, given.lib, found, settings, given.out)
+        stimulus, shown = replay(sources, found, settings, given.out)
         more = " --no-robot" if given.no_robot else ""
         more += f" --size {given.size}" if given.size != SIZE else ""
         more += "".join(f" --{one} {k}" for one, k in (("m", given.m), ("n", given.n)) if k)
@@ -196,6 +206,7 @@ def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
 def _tell(given: Options, stimulus: Path, scan_us: int, ends_us: int, more: str) -> None:
     """Print the command that replays a run."""
     lib = f" --lib {quoted(str(given.lib))}" if given.lib is not None else ""
+    lib += f" --device {quoted(given.device)}" if given.device else ""
     files = " ".join(quoted(str(one)) for one in given.files)
     more += "".join(f" --properties {quoted(str(one))}" for one in given.properties or ())
     print(

@@ -15,6 +15,7 @@ from rich.table import Table
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import (
+    Device,
     Dialect,
     Lib,
     Replace,
@@ -44,6 +45,7 @@ def prove(
     lib: Lib = None,
     replace: Replace = None,
     dialect: Dialect = None,
+    device: Device = "",
     limit: Annotated[str, typer.Option(help="Time for each property.")] = "60s",
     scan: Annotated[
         str, typer.Option(help="Scan period in the runs that break a property.")
@@ -79,7 +81,7 @@ def prove(
         if not value:
             raise InputError(f"{option} of 0 s is too short", hint=f"use {option} 10ms or longer")
     replaced = replacements(replace)
-    sources = source_files(list(files), lib, replaced, dialect)
+    sources = source_files(list(files), lib, replaced, dialect, device)
     written = JsonOutput(json_file, _BEGINNING, sources.all)
     try:
         from rcx_harness.verify.prove.user import Settings
@@ -106,6 +108,7 @@ def prove(
             tell=tell,
             lib=lib,
             replace=replaced,
+            device=device,
         )
         with using(dialect):
             results, inputs = prove_program(files, settings)

@@ -10,12 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from threading import Timer
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import several
@@ -35,6 +32,7 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
+from rcx_harness.cli.progress import RunProgress
 from rcx_harness.cli.stopped_programs import busy_programs, program_errors, stopped_program_count
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
@@ -72,8 +70,6 @@ _SLICES = 400
 _MOST_ERRORS = 5
 #: Default time-out in real time: number of packet intervals, and shortest time.
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
-#: Work that takes less time has no progress report [s of real time].
-_PATIENCE_S = 2.0
 _MOST_SHOWN = 20
 #: Byte of SI(00) in the area to the robot (manual chapter 5, 2).
 _SI_00 = 32
@@ -292,7 +288,7 @@ def run(options: RunOptions) -> None:
     _check_panel(options)
     if (where := options.where()) is not None:
         confirm(where, yes=options.yes)
-    with _Progress() as progress, counting(collector) if collector else nullcontext():
+    with RunProgress() as progress, counting(collector) if collector else nullcontext():
         outcome = _run(options, progress, collector)
     _print_outcome(options, outcome)
     if options.connect is not None and not outcome.ever_connected:
@@ -522,50 +518,6 @@ def _title(options: RunOptions, cell: Bench) -> str:
     if not isinstance(cell, Cell):
         return f"{names}: scan {cell.trace.header['scan_us'] / 1000:g} ms"
     return f"{names}: scan {cell.timing.scan_us / 1000:g} ms, RPI {cell.timing.rpi_us / 1000:g} ms"
-
-
-class _Progress:
-    """Progress on stderr: a bar on a terminal, else a plain line every two seconds."""
-
-    def __init__(self) -> None:
-        self._bar = Progress(
-            TextColumn("running"),
-            BarColumn(),
-            TextColumn("{task.completed:.1f} of {task.total:.1f} s"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            transient=True,
-        )
-        self._task: TaskID | None = None
-        self._told = time.monotonic()
-        self._compiling = Timer(_PATIENCE_S, _say, ["compiling ..."])
-        self._compiling.daemon = True
-
-    def __enter__(self) -> _Progress:
-        self._compiling.start()
-        return self
-
-    def __call__(self, done_us: int, total_us: int) -> None:
-        """Show the progress, in virtual microseconds."""
-        self._compiling.cancel()
-        if not sys.stderr.isatty():
-            if time.monotonic() - self._told >= _PATIENCE_S:
-                self._told = time.monotonic()
-                _say(f"running: {done_us / 1e6:.1f} of {total_us / 1e6:.1f} s")
-            return
-        if self._task is None:
-            self._bar.start()
-            self._task = self._bar.add_task("run", total=total_us / 1e6)
-        self._bar.update(self._task, completed=done_us / 1e6)
-
-    def __exit__(self, *of: object) -> None:
-        self._compiling.cancel()
-        if self._task is not None:
-            self._bar.stop()
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
 
 
 def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:

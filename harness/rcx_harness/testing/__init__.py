@@ -20,6 +20,10 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "metavar": "NAME",
         "help": "the PLC tool whose behaviour the program gets, such as codesys or tia",
     },
+    "device": {
+        "metavar": "NAME",
+        "help": "the device to read, if a project in PLCopen XML has several",
+    },
     "link": {"choices": ("direct", "enip"), "help": "network; enip: real EtherNet/IP packets"},
     "seed": {"type": int, "metavar": "N", "help": "seed of all random values"},
     "scan": {"metavar": "TIME", "help": "period of the PLC, as 10ms"},

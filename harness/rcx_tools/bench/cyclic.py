@@ -294,7 +294,7 @@ def bare(rpi_us: int, seconds: float) -> float:
 
 
 def _pair(held: ExitStack, number: int, rpi_us: int) -> tuple[Adapter, Scanner]:
-    """Start a controller's adapter and its master; they are not yet connected."""
+    """Start a controller's adapter and its master, without a connection."""
     device, master = f"127.0.77.{number + 1}", f"127.0.78.{number + 1}"
     options = AdapterOptions(rpi_min_us=1000)
     adapter = held.enter_context(Adapter(_SIZE, host=device, cyclic=2222, options=options))

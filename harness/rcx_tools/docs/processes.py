@@ -1,7 +1,8 @@
 """The manual's processes in a run of the cell, with the time of each step.
 
-docs/explanation/charts/processes.toml lists them. The program and the stimulus of each are beside
-it; `rcx run` can run them, too. The charts are drawn from the trace of a run, never from the list.
+docs/explanation/charts/processes.toml lists them. The program and the stimulus of each process are
+in the same folder; `rcx run` can run them, too. The charts are drawn from the trace of a run, never
+from the list.
 A step of the list that does not happen in its order is an error.
 """
 

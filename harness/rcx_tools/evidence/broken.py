@@ -94,7 +94,7 @@ def library_copy() -> Iterator[Path]:
 
 @contextmanager
 def broken_library(file: str, old: str, new: str) -> Iterator[Path]:
-    """Yield a copy of the library; in one file `new` replaces `old`.
+    """Yield a copy of the library in which `new` replaces `old` in one file.
 
     Raises:
         InputError: `old` does not occur there exactly once.

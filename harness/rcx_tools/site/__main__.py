@@ -72,7 +72,7 @@ def _documentation() -> None:
 
 
 def _playground(place: Path) -> None:
-    """Build the playground, with the Python that it runs."""
+    """Build the playground, together with the Python that runs in it."""
     work = _WORK / "python"
     work.mkdir(parents=True, exist_ok=True)
     for name in ("package.json", "package-lock.json", ".npmrc"):

@@ -55,14 +55,16 @@ def _power_off(start: str = "warm") -> Callable[[Stopped, int], None]:
 
 def _run(start: str = "warm") -> Callable[[Stopped, int], None]:
     if start not in _STARTS:
-        raise InputError(f"start = {start!r} is not a start", hint=f"use {', '.join(_STARTS)}")
+        raise InputError(
+            f"start = {start!r} is not a kind of start", hint=f"use {', '.join(_STARTS)}"
+        )
     return lambda cell, _: cell.start_plc(start)
 
 
 def _power_on(start: str = "warm") -> Callable[[Stopped, int], None]:
     if start == "continue":
         hint = "use warm or cold"
-        raise InputError("a PLC does not continue after a loss of its power", hint=hint)
+        raise InputError("start = continue is not possible after a power loss", hint=hint)
     return _run(start)
 
 

@@ -43,7 +43,7 @@ def reaching_out(node: s.Pou, tool: str) -> str:
     ]
     if not found:
         return ""
-    return f"has global or located variables ({_listed(found)}); make it again in {tool}"
+    return f"has global or located variables ({_listed(found)}); declare it again in {tool}"
 
 
 def retain(part: Part) -> set[str]:

@@ -192,7 +192,7 @@ class ClusterCrew:
         for address, one in client.run(self._cluster.fingerprint, on_error="return").items():
             if isinstance(one, Exception):
                 raise _other(
-                    f"the worker {address}", f"it has another version of {DISTRIBUTION} ({one})"
+                    f"the worker {address}", f"it has a different version of {DISTRIBUTION} ({one})"
                 )
             if differ := differences(self._of, one):
                 raise _other(f"the worker {address}", differ)

@@ -152,7 +152,8 @@ class Statements(Transformer[Token, Any]):
         if any(_is_text(label) for branch in branches for label in branch.labels):
             self.note("a CASE of texts", position_of(word))
             if isinstance(selector, (s.Call, s.Invoke)):  # each label would call it again
-                text, hint = "a CASE of texts needs a variable", "assign the result to one first"
+                text = "a CASE of texts needs a variable"
+                hint = "assign the result to a variable first"
                 at = position_of(word)
                 self.errors.append(
                     InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)

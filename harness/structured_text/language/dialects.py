@@ -76,6 +76,7 @@ class Dialect:
         operands: `needed` or `both`.
         integers: `own` or `dint`.
         text: Number of characters of a plain STRING.
+        notation: `digits` or `short`, the texts of the conversions to STRING.
         real_by_zero: `stop` or `infinite`.
         root: `stop`, `nan` or `absolute`.
         pace: `scan`.
@@ -89,6 +90,7 @@ class Dialect:
     operands: str
     integers: str
     text: int
+    notation: str
     real_by_zero: str
     root: str
     pace: str
@@ -107,9 +109,9 @@ class Dialect:
 
     @property
     def is_matiec(self) -> bool:
-        """Return whether matiec computes as this dialect, except for the faults that are known.
+        """Return whether matiec follows this dialect, apart from its known faults.
 
-        One of these is how it counts (`engines/matiec/faults.toml`).
+        The rule for counters is one of these faults (`engines/matiec/faults.toml`).
         """
         return self._is_like(MATIEC, "name", "title", "counters")
 

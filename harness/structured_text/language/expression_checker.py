@@ -289,7 +289,11 @@ class ExpressionChecker:
         if "_INIT_DONE" in (self.scope.block or self.scope.pou).symbols:
             hint = "name its .var file, too, or the folder of the task"
             return self.scope.error(f"{node.text} is not declared", node.at, hint)
-        symbols = [symbol.name for symbol in self.scope.pou.symbols.values()]
+        pou = self.scope.pou
+        if pou.name.upper().rpartition(".")[2] == node.key and pou.kind in ("FUNCTION", "METHOD"):
+            text = f"the {pou.kind} {node.text} has no result"
+            return self.scope.error(text, node.at, f"write {pou.kind} {node.text} : and its type")
+        symbols = [symbol.name for symbol in pou.symbols.values()]
         return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))
 
     def _member(self, base: t.Variable, node: s.Field) -> t.Variable:

@@ -59,6 +59,12 @@ class Fitting:
                 return self.converted(found, want)
             name = f"{have.name}_TO_{want.name}"
             hint = f"convert it with {name}" if convertible(have.name, want.name) else ""
+        if (
+            isinstance(node, s.Assigned)
+            and isinstance(want, ElementaryType)
+            and want.name == "BOOL"
+        ):
+            raise self._scope.error(":= assigns, and does not compare", node.at, "write =")
         raise self._scope.error(
             f"a {describe(want)} is expected here, not a {describe(have)}", node.at, hint
         )

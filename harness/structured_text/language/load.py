@@ -272,7 +272,8 @@ def analyse(
         project, errors = deeply(partial(_analysed, paths, read, every=every))
         if every:
             return project, errors
-        return project, first_errors(errors, MOST_MISTAKES if most is None else most)
+        shown = first_errors(errors, MOST_MISTAKES if most is None else most)
+        return project, shown or (errors[:1] if project is None else [])
     except RecursionError:
         return None, [too_deep(paths, read)]
 

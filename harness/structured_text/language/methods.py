@@ -50,7 +50,7 @@ class Methods:
             raise self._scope.error(text, at)
         above_it = self._scope.declarations.pous.get(base)
         if above_it is None or above_it.block is None:
-            raise ConsequenceError(f"what {pou.name} extends has an error")
+            raise ConsequenceError(f"{pou.name} has a base with an error")
         return t.This(above_it.block)
 
     def is_own_property(self, key: str) -> bool:

@@ -32,7 +32,7 @@ from structured_text.language.foreign import (
 )
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
 from structured_text.language.pou_names import with_names
-from structured_text.language.recovery import read_tokens
+from structured_text.language.recovery import AT_END, read_tokens
 from structured_text.language.source import Extract, source_text, title_of
 from structured_text.language.words import ACCESSORS
 from structured_text.output.limits import MOST_TOKENS
@@ -561,6 +561,8 @@ def read_text(text: str, file: Path) -> s.Source:
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     builder.entries = []
     declarations, errors = read_tokens(lark, found, file)
+    if any("is never closed" in error.message for error in notes.errors):
+        errors = [one for one in errors if not one.hint.endswith(AT_END)]
     named = _named(declarations, file, notes.pragmas, errors)
     lines = {error.line for error in notes.errors}
     every = [*notes.errors, *(error for error in errors if error.line not in lines)]

@@ -341,6 +341,11 @@ def _used(node: Any) -> Iterator[s.Name]:
                 yield one.extends
         elif kind is s.Call:
             yield one.function
+    if isinstance(node, s.Pou):
+        # The VAR_INST of a method are variables of each instance of its block.
+        for part in nodes(node.members):
+            if isinstance(part, s.Section) and part.kind == "VAR_INST":
+                yield from _used(part)
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:

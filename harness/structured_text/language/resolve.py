@@ -57,6 +57,24 @@ from structured_text.output.limits import MOST_LEVELS
 __all__ = ["Types", "default_scalar", "fills", "is_null"]
 
 
+#: Sizes of integers [bits], with the letter of their types.
+_SIZES = ((8, "S"), (16, ""), (32, "D"), (64, "L"))
+#: Types of other languages, and those of IEC 61131-3 that are meant.
+_OTHER_NAMES = {
+    "BOOLEAN": "BOOL",
+    "INTEGER": "INT",
+    "SHORT": "INT",
+    "LONG": "DINT",
+    "UNSIGNED": "UINT",
+    "FLOAT": "REAL",
+    "DOUBLE": "LREAL",
+    "TEXT": "STRING",
+    "DURATION": "TIME",
+    "DATETIME": "DT",
+    **{f"{sign}INT{bits}": f"{sign}{size}INT" for sign in ("", "U") for bits, size in _SIZES},
+}
+
+
 class Types:
     """The types of a project, each resolved on its first use.
 
@@ -352,7 +370,8 @@ class Types:
             raise where.error(f"the block {name} is not supported", spec.at)
         own = [*self.registry.types.values(), *self.registry.pous.values()]
         names = [*(one.node.name.text for one in own), *ELEMENTARY, *BLOCKS]
-        hint = did_you_mean(similar(name, names)) or "name its file, too, or check the spelling"
+        meant = [_OTHER_NAMES[key]] if key in _OTHER_NAMES else similar(name, names)
+        hint = did_you_mean(meant) or "name its file, too, or check the spelling"
         raise where.error(f"there is no type {name}", spec.at, hint)
 
     def _nameless(
@@ -455,8 +474,8 @@ class Types:
     def _called(self, node: s.Call) -> Constant | None:
         """Return the value of a call that is constant.
 
-        That is SIZEOF of a type or variable, a bound of an array, or the conversion of a constant
-        to an integer type.
+        Such a call is SIZEOF of a type or variable, a bound of an array, or the conversion of a
+        constant to an integer type.
         """
         key = node.function.key
         if key in ("LOWER_BOUND", "UPPER_BOUND") and len(node.arguments) == 2:

@@ -165,7 +165,10 @@ def prove(sources: SourceFiles, settings: Settings, bench: Bench) -> tuple[list[
     with TemporaryDirectory() as folder:
         copies = with_assertions(own, Path(folder))
         try:
-            project = load([in_dialect(file, sources.dialect) for file in copies.files] + library)
+            copies = replace(
+                copies, files=tuple(in_dialect(file, sources.dialect) for file in copies.files)
+            )
+            project = load([*copies.files, *library])
             refuse(project.uses, bench.name, TRANSLATED)
         except InputError as error:
             raise _told_of_original(bench.blame(error), copies) from None
@@ -357,7 +360,8 @@ class _Work:
         says = title(key, self.copies)
         if key in self._operations:
             says += f": {self._operations[key]}"
-        return Result(f"{kind} {Path(file).name}:{line}" if file else kind, says, at)
+        name = Path(self.copies.original(file)).name if file else ""
+        return Result(f"{kind} {name}:{line}" if file else kind, says, at)
 
     def _note(self, text: str) -> None:
         for key, one in self.open.items():

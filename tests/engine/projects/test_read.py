@@ -283,7 +283,7 @@ def test_codesys_arrays_of_open_length(tmp_path: Path) -> None:
 
 
 def test_codesys_writes_a_variable_of_open_length_as_an_input(tmp_path: Path) -> None:
-    """Its own data say that the variable is a VAR_IN_OUT, which the body may write."""
+    """The data of CODESYS say that the variable is a VAR_IN_OUT, which the body may write."""
     scope = '<Attribute Name="variable_length_array_original_scope" Value="Inout" />'
     file = tmp_path / "open.xml"
     file.write_text(

@@ -149,7 +149,7 @@ def test_a_controller_with_a_bug_fits_no_file(bug: str, monkeypatch: pytest.Monk
         master = RecordedMaster(7)
         busy_run(master)
     replay = Replay(master.recording(), master.happenings)
-    assert replay.run(RobotConfig()).differences, "the stimulus does not show it"
+    assert replay.run(RobotConfig()).differences, "the recording does not show the bug"
     assert fit(replay, RobotConfig()).left
 
 

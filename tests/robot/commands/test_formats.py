@@ -191,7 +191,7 @@ def test_exclusive_flags_and_products_beyond_the_limit_are_refused(
 
 
 def test_every_command_with_a_field_that_has_limits_was_sent_illegal_values() -> None:
-    """This ensures that the tests above do not pass without telegrams."""
+    """The tests above send illegal values for each command with a limited field."""
     assert {code for code, one in COMMANDS.items() if not list(illegal_fields(one))} == ALL_LEGAL
 
 

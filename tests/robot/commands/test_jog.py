@@ -104,7 +104,7 @@ def test_a_jog_to_the_soft_limit_may_end_normally(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize("start", [300_000, 300_001])
 def test_from_a_soft_limit_a_jog_goes_back_only(code: int, start: int) -> None:
-    """This holds for an axis at the limit and for an axis beyond it.
+    """An axis at its soft limit or beyond it can only jog back.
 
     Rule: jog-limit, limits-on-the-way.
     """

@@ -109,7 +109,9 @@ def test_acceleration_and_deceleration_of_a_line() -> None:
 
 
 def test_circular_interpolation_goes_through_the_first_point_to_the_second() -> None:
-    """The arc goes from (0, 0) through (10, 10) to (20, 0) mm: centre (10, 0), radius 10 mm.
+    """The arc goes from (0, 0) through (10, 10) to (20, 0) mm.
+
+    Its centre is (10, 0) mm and its radius is 10 mm.
 
     Source: remote command guide 4.2.1, circular interpolation
     """
@@ -131,7 +133,9 @@ def test_circular_interpolation_goes_through_the_first_point_to_the_second() -> 
     ],
 )
 def test_an_impossible_arc_is_refused(words: tuple[int, ...], expected: tuple[int, ...]) -> None:
-    """The arc to (0, 200) mm through (10, 10) mm has centre (-90, 100), radius 134.5: x up to 44.5.
+    """The arc to (0, 200) mm through (10, 10) mm would go up to x = 44.5 mm.
+
+    Its centre is (-90, 100) mm and its radius is 134.5 mm.
 
     Source: remote command guide 4.2.1, circular interpolation
     """

@@ -78,7 +78,9 @@ def test_work_positions_count_in_x_then_y_then_z(work: int) -> None:
     ],
 )
 def test_a_pallet_need_not_be_a_rectangle(work: int, expected: tuple[int, int]) -> None:
-    """Position 5 of 3 * 3 is the mean of the four corners: (0+20+0+30)/4, (0+4+20+30)/4.
+    """Position 5 of 3 * 3 is the mean of the four corners.
+
+    These are (0+20+0+30)/4 in X and (0+4+20+30)/4 in Y.
 
     Rule: work-positions.
     Source: remote command guide 4.4.3

@@ -78,7 +78,7 @@ def test_words_that_are_not_put_out_are_the_robot_programs() -> None:
 
 
 def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
-    """They follow even if the master changes nothing. Rule: real-time-update."""
+    """The words follow the axes even if the master changes nothing. Rule: real-time-update."""
     axes = (Axis(moving_torque=10), Axis())
     master = _master(axes=axes)
     master.pulse("SI01")
@@ -159,7 +159,10 @@ def test_a_word_without_definition_answers_item_0() -> None:
 
 
 def test_items_that_the_configuration_does_not_name_show_0() -> None:
-    """Their options are not checked. Rule: real-time-items."""
+    """Items without a number in the configuration show 0, and their options are not checked.
+
+    Rule: real-time-items.
+    """
     master = _master()
     for item in (1, 45):
         assert master.execute(DEFINE, 0, 24, 0, item, 0xFFFF, 9) == NORMAL_END

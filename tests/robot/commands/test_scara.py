@@ -150,9 +150,9 @@ def test_no_axis_is_faster_on_a_line_than_it_can() -> None:
 
 
 def test_an_arc_is_round_in_millimetres() -> None:
-    """From (150, 240) through (0, 300) to (-150, 240) mm.
+    """The arc goes from (150, 240) through (0, 300) to (-150, 240) mm.
 
-    The radius is 217.5 mm, the centre (0, 82.5) mm.
+    The radius is 217.5 mm, and the centre is (0, 82.5) mm.
     """
     master = _robot(at=1)
     way = way_of(master, ARC, 0, 0, 0, 7, 2)

@@ -24,7 +24,7 @@ def _values(master: Master, robot: int = 1) -> dict[int, int]:
 
 @pytest.mark.parametrize("code", HIGHEST)
 def test_values_are_accepted_up_to_their_limits_and_refused_beyond(code: int) -> None:
-    """Ranges: 1 to 100 %, inching amount 1 to 10000, shift 0 to 39, hand 0 to 31, arm 0 or 1.
+    """The ranges are 1 to 100 %, amount 1 to 10000, shift 0 to 39, hand 0 to 31, arm 0 or 1.
 
     Source: remote command guide 4.2.8, 4.2.14 to 4.2.19
     """

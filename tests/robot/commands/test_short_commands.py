@@ -1,4 +1,4 @@
-"""Commands that are shorter than a controller cycle: 0x0100 may be skipped (guide, 1.2)."""
+"""A command that is shorter than a controller cycle may skip status 0x0100 (guide, 1.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Movements of robot programs: their targets, when the next statement begins, and stops."""
+"""Movements of robot programs reach their targets, release the next statement, and stop."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def test_a_page_that_falls_silent_releases_its_keys(
     plate.press("p", 2, ["JogPlus"])
     clock.now += HOLD_S
     plate.exchange()
-    assert _down(program) == ["JogPlus"], "it was heard again"
+    assert _down(program) == ["JogPlus"], "the page was heard again"
     clock.now += 0.01
     plate.exchange()
     assert _down(program) == []
@@ -130,13 +130,13 @@ def test_a_stop_is_not_lost_when_another_page_falls_silent(
     plate.press("b", 1, ["Stop"])
     plate.press("b", 2, [])
     clock.now += 0.005
-    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a held nothing"
+    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a holds no key"
     plate.press("a", 3, ["JogPlus"])
     clock.now += HOLD_S - 0.001
     plate.press("b", 3, ["Stop"])
     plate.press("b", 4, [])
     clock.now += 0.005
-    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a held a key"
+    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a holds a key"
 
 
 @pytest.mark.parametrize("late_s", [0.1, 10.0])
@@ -185,7 +185,7 @@ def test_a_message_that_comes_too_late_does_not_press_again(program: Program, pl
 def test_a_message_that_comes_after_its_page_was_silent_does_not_press_again(
     program: Program, plate: Plate, clock: _Clock, others: int
 ) -> None:
-    """This holds for any number of pages that came in the meantime.
+    """A late message of a silent page presses no key, however many pages have come since.
 
     Source: docs/how-to/network.md, a key is TRUE as long as it is held.
     """

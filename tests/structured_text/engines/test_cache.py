@@ -72,7 +72,7 @@ def test_the_same_sources_are_checked_and_written_once(
 
 
 def _fail(*_: object) -> None:
-    raise AssertionError("it is made anew")
+    raise AssertionError("the cache was not used")
 
 
 def test_an_unchanged_file_is_read_once(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:

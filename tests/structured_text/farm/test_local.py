@@ -31,7 +31,7 @@ def test_results_come_in_the_order_of_the_items(workers: int) -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("workers", [0, 2])
 def test_results_may_give_further_items(workers: int) -> None:
-    """Each number n up to 7 adds the items 2 n and 2 n + 1. By hand: a tree of 1 to 15."""
+    """Each number n up to 7 adds the items 2 n and 2 n + 1, which by hand is a tree of 1 to 15."""
     waiting, under_way = deque([1]), 0
 
     def items() -> Iterator[int | NotYet]:
@@ -214,6 +214,8 @@ def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -
         assert parent.stdout is not None
         assert parent.stdout.readline() == b"begun\n"
         parent.send_signal(number)
-        assert select.select([parent.stdout], [], [], 60)[0], "the worker goes on"
+        assert select.select([parent.stdout], [], [], 60)[0], (
+            "the worker continues without its parent"
+        )
         assert parent.stdout.read() == b""
     assert list(tmp_path.iterdir()) == []

@@ -125,7 +125,10 @@ END_METHOD
 
 
 def test_members_stand_behind_their_block(build: Build) -> None:
-    """Text exports of several tools write a METHOD after END_FUNCTION_BLOCK. Values by hand."""
+    """Text exports of several tools write a METHOD after END_FUNCTION_BLOCK.
+
+    The values are by hand.
+    """
     text = (
         f"{_MEMBERS}PROGRAM P1\nVAR b : Box; o : Other; i : IBox; x, y, z : INT; q : BOOL;"
         " END_VAR\nq := b.Reset(5); b(); b.Twice(); x := b.Half; b.UseHalf(); y := b.n;"

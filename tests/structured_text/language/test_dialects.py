@@ -95,6 +95,38 @@ def _milliseconds(program: BuiltinProgram) -> Callable[[str], float]:
     return lambda name: program.read(f"Main.{name}").total_seconds() * 1000
 
 
+# --- texts ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "short", "digits"),
+    [
+        ("REAL#44.4", "REAL", "44.4", "44.40000153"),
+        ("REAL#-0.5", "REAL", "-0.5", "-0.5"),
+        ("LREAL#6.0", "LREAL", "6.0", "6"),
+        ("BYTE#16#AB", "BYTE", "171", "16#ab"),
+        ("T#12h34m15s10ms", "TIME", "T#12h34m15s10ms", "T#0d12h34m15s10ms"),
+        ("T#12ms", "TIME", "T#12ms", "T#0d0h0m0s12ms"),
+        ("T#0ms", "TIME", "T#0ms", "T#0d"),
+        ("T#-1h5s", "TIME", "T#-1h5s", "T#0d-1h0m-5s"),
+        ("LTIME#1d34ms2us44ns", "LTIME", "LTIME#1d34ms2us44ns", "LT#1d0h0m0s34.002044ms"),
+        ("TOD#14:01:05.123", "TOD", "TOD#14:01:05.123", "TOD#14:01:05.123000"),
+        ("TOD#14:01:05", "TOD", "TOD#14:01:05", "TOD#14:01:05"),
+        ("INT#-7", "INT", "-7", "-7"),
+    ],
+)
+def test_texts_of_values_are_those_of_the_tool(
+    speak: Build, value: str, kind: str, short: str, digits: str
+) -> None:
+    """Source: Beckhoff Infosys, TIME_TO, TOD_TO; TcUnit-Verifier; matiec, __real_to_string."""
+    text = f"""PROGRAM Main VAR Found : STRING; Given : {kind} := {value}; END_VAR
+    Found := {kind}_TO_STRING(Given); END_PROGRAM"""
+    for dialect, expected in (("twincat", short), ("codesys", short), ("iec", digits)):
+        program = speak(dialect, text)
+        program.scan(0)
+        assert program.read("Main.Found") == expected
+
+
 # --- counters ---------------------------------------------------------------------------------
 
 _COUNTERS = """

@@ -123,7 +123,7 @@ def _values(build: Build, text: str, expected: dict[str, Any]) -> None:
 def test_an_input_of_any_type_gives_pointer_size_and_class(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """CODESYS help, "Data Type: ANY, ANY_<type>"; sizes by hand."""
+    """The sources are CODESYS help, "Data Type: ANY, ANY_<type>", and sizes by hand."""
     _values(build, _program(_GENERIC, _G_VARS, body), expected)
 
 
@@ -181,7 +181,7 @@ def test_any_elsewhere_is_refused(mistakes_of: Mistakes, place: str) -> None:
 def test_a_query_gives_the_interface_or_pointer_of_the_same_block(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """CODESYS help, "Operator '__QUERYINTERFACE'", its example, and "Operator '__QUERYPOINTER'"."""
+    """Sources are the pages "Operator '__QUERYINTERFACE'" and "… '__QUERYPOINTER'" of CODESYS."""
     variables = """ One : F1; Two : F2; Three : F3; Base : I_Base; First : I_1; Second : I_2;
       B : BOOL; N, M : INT; P : POINTER TO F1; Many : ARRAY [0..1] OF F1;
       Row : ARRAY [1..2] OF POINTER TO F1; Z : REF_TO F1; """
@@ -235,7 +235,7 @@ def test_a_wrong_query_is_refused(mistakes_of: Mistakes, body: str, message: str
 def test_new_makes_started_variables_and_delete_ends_them(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """CODESYS help, "Operator '__NEW'" and "Operator '__DELETE'"."""
+    """The sources are CODESYS help, "Operator '__NEW'" and "Operator '__DELETE'"."""
     _values(build, _program(_NEW, _N_VARS, body), expected)
 
 

@@ -99,7 +99,9 @@ def test_a_header_says_of_what_type_a_variable_is() -> None:
 def test_values_unknown_to_json_become_literals() -> None:
     values = {"A": [timedelta(seconds=1), date(2024, 1, 2)], "B": float("nan"), "C": 5}
     assert literal(values) == {"A": ["T#1000ms", "D#2024-01-02"], "B": "nan", "C": 5}
-    assert literal("\xe9\ud83d\ude00\ude00") == "\xe9\U0001f600\ufffd", "no halves of characters"
+    assert literal("\xe9\ud83d\ude00\ude00") == "\xe9\U0001f600\ufffd", (
+        "half a surrogate pair is replaced"
+    )
 
 
 def test_a_type_comes_back_from_its_description() -> None:

@@ -106,7 +106,10 @@ def _run(build: Build, body: str) -> BuiltinProgram:
 def test_statements_have_the_values_of_a_hand_calculation(
     build: Build, body: str, expected: dict[str, Any] | None
 ) -> None:
-    """By hand; ExST: CODESYS help, "ExST Assignment as An Expression"; BIT: "Data Type: BIT"."""
+    """Values are by hand.
+
+    The rules are from CODESYS help, "ExST Assignment as An Expression" and "Data Type: BIT".
+    """
     if expected is None:
         with pytest.raises(InputError):
             _run(build, body)
@@ -154,7 +157,7 @@ def test_coverage_does_not_change_what_they_do(
         ("F1(ENO => 3);", "is not expected here"),
         ("F1(ENO => I);", "a INT is expected here|expected here, not a BOOL"),
         ("I := (B := 3);", "a BOOL is expected here"),
-        ("IF (I := 3) THEN ; END_IF;", "a BOOL is expected here, not a INT"),
+        ("IF (I := 3) THEN ; END_IF;", ":= assigns, and does not compare"),
         ("I := (A := 3);", "expected here"),
         ("I := (F_Inc := 3);", "F_Inc"),
         ("B := (W.3 := TRUE);", "a bit is not assigned inside an expression"),
@@ -214,7 +217,7 @@ def test_a_pragma_of_a_tool_is_not_taken_for_c(build: Build, text: str) -> None:
 def test_a_bit_outside_of_structures_and_blocks_is_refused(
     mistakes_of: Mistakes, place: str, line: int
 ) -> None:
-    """CODESYS help, compiler error C0203."""
+    """CODESYS refuses it with compiler error C0203."""
     (found,) = mistakes_of(place)
     assert found.line == line
     assert found.message.startswith("BIT is for fields of a structure")
@@ -293,6 +296,6 @@ def test_a_source_that_is_not_utf_8_is_read_as_windows_1252(tmp_path: Path) -> N
     ["LTIME#213503D23H34M33S709MS551US616NS", "T#106752D", "LTIME#-106752D", "TIME#213503D"],
 )
 def test_a_duration_beyond_its_type_is_refused(mistakes_of: Mistakes, text: str) -> None:
-    """By hand: 2**64 ns, and 2**63 ns = 106,751.99 days."""
+    """The limits are 2**64 ns, and 2**63 ns = 106,751.99 days."""
     (found,) = mistakes_of(f"PROGRAM P1\nVAR T1 : LTIME := {text}; END_VAR\nEND_PROGRAM")
     assert "is too large" in found.message

@@ -93,7 +93,7 @@ def test_an_interval_is_a_year_at_most(name: str, interval: str, tmp_path: Path)
 
 
 def test_a_periodic_task_of_logix_without_a_rate_is_not_a_continuous_one(tmp_path: Path) -> None:
-    """Otherwise its program would run in each scan, and its timers would be wrong.
+    """A missing rate is an error, because the program would run in each scan with wrong timers.
 
     Source: Logix 5000 Import/Export, Task: Rate, of a periodic task
     """
@@ -239,7 +239,7 @@ def test_a_wrong_encoding_has_its_line(content: bytes, told: str, tmp_path: Path
 
 
 def test_comments_of_scl_are_looked_at_once(tmp_path: Path) -> None:
-    """Otherwise each of 200,000 comments would search all lines of the source.
+    """Each of 200,000 comments is read once, without a search through all lines of the source.
 
     Source: docs/reference/limits.md.
     """

@@ -282,6 +282,43 @@ def test_a_namespace_of_a_library_is_declared(tmp_path: Path) -> None:
     assert sorted(texts) == ["Valve.st", "Vlv.st"]
 
 
+def test_an_input_that_gets_values_of_several_types_is_an_any(tmp_path: Path) -> None:
+    """A type that takes all values is preferred: an LREAL takes an INT and a REAL.
+
+    Source: docs/how-to/projects.md.
+    """
+    variables = "  r : REAL; i : INT; s : STRING; a : ARRAY[1..2] OF BYTE; v : Valve; ok : BOOL;"
+    statements = (
+        "ok := Send(r); ok := Send(s); ok := Send(a);\nok := Wide(r); ok := Wide(i);\n"
+        "v(Item := s, Open := ok); v(Item := i);"
+    )
+    objects = {"MAIN.TcPOU": _program(variables, statements)}
+    texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
+    assert "P1 : ANY;" in texts["Send.st"]
+    assert "P1 : LREAL;" in texts["Wide.st"]
+    assert "Item : ANY;" in texts["Valve.st"]
+    assert "Open : BOOL;" in texts["Valve.st"]
+
+
+def test_arguments_of_declarations_and_constants_of_lists_are_inferred(tmp_path: Path) -> None:
+    """The block is in a method, whose VAR_INST are variables of its block.
+
+    Source: CODESYS help, method FB_Init: its parameters, and VAR_INST.
+    """
+    start = "FB" + "_init"
+    objects = {
+        "Filter.TcPOU": "FUNCTION_BLOCK Filter\nVAR\n  top : LREAL := Vlv.Limits.Top;\n"
+        "END_VAR\n---\nMETHOD Run\nVAR_INST\n  v : Vlv.Valve(0, 'a');\nEND_VAR\n"
+        "v.Open := TRUE;\nEND_METHOD\ntop := top + 1.0;\n",
+        "MAIN.TcPOU": _program("  f : Filter;", "f();"),
+    }
+    texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
+    assert f"METHOD {start} : BOOL" in texts["Valve.st"]
+    assert "Argument1 : DINT;\n  Argument2 : STRING(255);" in texts["Valve.st"]
+    assert "Open : BOOL;" in texts["Valve.st"]
+    assert "Top : LREAL;" in texts["Limits.st"]
+
+
 def test_nothing_is_inferred_if_nothing_is_missing(tmp_path: Path) -> None:
     """A mistake of the user is not treated as a missing library.
 

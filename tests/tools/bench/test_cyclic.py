@@ -69,7 +69,7 @@ def test_a_line_tells_of_each_run(
 
 
 def test_all_processes_are_there_before_the_first_packet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Otherwise the packets of the first controllers would keep the others from starting.
+    """All processes start before the first packet, because packets would delay their start.
 
     Source: sched(7): a process with SCHED_FIFO runs until it waits.
     """

@@ -62,7 +62,7 @@ def test_every_page_is_in_the_index_or_in_the_one_of_its_folder() -> None:
 
 @pytest.mark.exhaustive
 def test_two_clicks_lead_from_the_readme_to_each_block_its_tests_and_the_room_of_a_rule() -> None:
-    """These include a block's page with its section of the manual."""
+    """The pages that two clicks reach include a block's page with its manual section."""
     ways = [_ROOT / target for target, _ in _links("README.md") if target.endswith(".md")]
     ways.append(_ROOT / "docs/reference/internal-blocks.md")  # one more click, for few readers
     reached = {
@@ -212,7 +212,7 @@ def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
 
 
 def test_a_head_names_its_tests_and_they_exist() -> None:
-    """For example, `FB_Jog` names tests/command/test_jog.py.
+    """The head of `FB_Jog` names tests/command/test_jog.py.
 
     `FC_RcxArmRotation` is in the folder core, and names test_arm_rotation.py.
     """

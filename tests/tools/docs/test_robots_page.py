@@ -27,7 +27,7 @@ def test_the_law_is_the_one_that_is_fitted_to_the_three_models() -> None:
 
 @pytest.mark.parametrize("name", HELD_OUT)
 def test_a_model_that_was_held_out_has_its_cycle_within_10_percent(name: str) -> None:
-    """This holds for the planned time and the time of the virtual controller.
+    """Planned and virtual cycle times of the model are within 10 % of the catalogue.
 
     Three other models are as close.
 

@@ -30,7 +30,7 @@ _PACKAGES = tuple(rooms.PLANS)
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("package", _PACKAGES)
 def test_every_room_has_a_place_in_the_plan_and_no_import_goes_against_it(package: str) -> None:
-    """Therefore the rooms have no circular imports."""
+    """Each room is in the plan, and imports follow the plan, so that they have no circles."""
     plan = rooms.PLANS[package]
     assert sorted(name for row in plan for name in row) == sorted(rooms.rooms(package))
     assert rooms.against(plan, rooms.arrows(package)) == []
@@ -46,7 +46,7 @@ def test_only_one_room_imports_it(named: str, room: str) -> None:
 
 
 def test_an_import_inside_a_function_or_for_types_is_an_arrow_too() -> None:
-    """For example, a function of `testing` imports the cell at its first use."""
+    """An import in a function counts: `testing` imports the cell at its first use."""
     source = (_HARNESS / "rcx_harness/testing/plugin.py").read_text(encoding="utf-8")
     assert re.search(r"^    from rcx_harness", source, re.MULTILINE)
     assert "cell" in rooms.arrows("rcx_harness")["testing"]

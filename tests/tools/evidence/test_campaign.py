@@ -189,5 +189,5 @@ def test_a_failing_run_is_made_short() -> None:
         )
         assert failure.kind == "jog goes on"
         assert [[act.values for act in storm.acts] for storm in short] == [[enable]], (
-            "the end of a storm ends the jog, too"
+            "the end of a storm also ends the jog"
         )

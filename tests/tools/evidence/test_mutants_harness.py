@@ -233,7 +233,7 @@ def other() -> int:
     found = [concerned("robot/a.py", line, texts) for line in (1, 2, 6)]
     take = "ROBOT/A.PY:POINTS.TAKE"
     assert found == [{take}, {"ROBOT/A.PY:OTHER"}, {take, "ROBOT/B.PY:SHOW"}]
-    assert concerned("robot/b.py", 1, texts) == {"ROBOT/B.PY"}, "nobody uses it"
+    assert concerned("robot/b.py", 1, texts) == {"ROBOT/B.PY"}, "the name is not used"
     assert concerned("robot/a.py:other", 13, texts) == {"ROBOT/A.PY:OTHER"}
 
 
@@ -519,7 +519,7 @@ def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
 
 @pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.name)
 def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
-    """Otherwise a row could name tests that were moved with the code."""
+    """The tests of each row are in the folders of the code that it changes."""
     part = file_key(bug.file).partition("/")[0]
     others = {
         "spec": ("tests/spec", "tests/command"),

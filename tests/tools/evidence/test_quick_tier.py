@@ -46,7 +46,7 @@ def test_the_report_shows_both_scores() -> None:
 
 
 def test_exhaustive_tests_run_last(repository_states: TestStates) -> None:
-    """This includes an exhaustive test that is fast and has detected many mutants."""
+    """Exhaustive tests run last, also fast ones that have detected many mutants."""
     late, quick = "tests/a.py::test_matrix[1]", "tests/b.py::test_quick"
     seconds = {late: 0.01, quick: 5.0}
     judges = Judges(repository_states, {}, seconds, exhaustive=_LATE)
@@ -61,7 +61,7 @@ def repository_states(tmp_path_factory: pytest.TempPathFactory) -> TestStates:
 
 
 def test_a_sample_that_is_not_there_ends_the_collection(request: pytest.FixtureRequest) -> None:
-    """Otherwise a renamed parameter could leave the quick tier unnoticed."""
+    """A sample id that no longer exists is an error, because a test would leave the quick tier."""
     item = pytest.Function.from_parent(request.node.parent, name="test_x[a]", callobj=lambda: None)
     item.add_marker(pytest.mark.exhaustive(but=["a", "gone"]))
     with pytest.raises(pytest.UsageError, match=r"test_x\[gone\]"):

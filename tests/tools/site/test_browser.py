@@ -162,7 +162,7 @@ def test_the_first_chart_comes_with_the_robot_from_this_site_alone_in_less_than_
         page.until("document.querySelectorAll('.row').length > 10")
         page.until("document.querySelector('svg.rv') !== null")
         robot = "document.querySelector('svg.rv').getBoundingClientRect().bottom"
-        assert page.run(robot) <= page.run("innerHeight"), "the robot is seen without scrolling"
+        assert page.run(robot) <= page.run("innerHeight"), "the robot is visible without scrolling"
     finally:
         browser.switch_to.default_content()
     sent = [one["message"] for one in log.get_log("performance")]
@@ -199,7 +199,7 @@ def test_the_progress_is_shown_while_python_loads(browser: WebDriver, server: _S
     assert len(shares) >= 3
     assert shares == sorted(shares)
     assert states.index("starting Python …") < states.index("running …")
-    assert page.run("document.getElementById('wait').hidden"), "the chart has come"
+    assert page.run("document.getElementById('wait').hidden"), "the chart is drawn"
 
 
 @_full
@@ -222,7 +222,7 @@ def test_an_error_stands_behind_its_line(page: _Playground) -> None:
     assert page.text("#numbers .bad").strip() == str(line + 1)
     box = "document.querySelector('{}').getBoundingClientRect().{}"
     top, low = (page.run(box.format("#text", side)) for side in ("top", "bottom"))
-    assert top < page.run(box.format("#mirror .note", "top")) < low, "it is in sight"
+    assert top < page.run(box.format("#mirror .note", "top")) < low, "the line is visible"
     page.write(text)
     assert page.change(lambda: page.click("#run")).endswith("no broken rules")
     assert page.run("document.getElementById('wrong').hidden")

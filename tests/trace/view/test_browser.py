@@ -239,7 +239,7 @@ def test_two_fingers_zoom_and_what_is_under_them_stays(page: Page) -> None:
     assert now[1] - now[0] == pytest.approx((end - begin) / 2, rel=0.02)
     at = 100 / box["width"]
     assert now[0] + at * (now[1] - now[0]) == pytest.approx(begin + at * (end - begin), abs=2)
-    assert not re.search(r"\d", page.text("#a output")), "no cursor was put"
+    assert not re.search(r"\d", page.text("#a output")), "no cursor was set"
 
 
 def test_resting_signals_are_shown_on_request(page: Page) -> None:

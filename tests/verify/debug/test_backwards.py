@@ -56,7 +56,7 @@ def test_back_to_the_breakpoint_before(stopped: Start) -> None:
     assert (editor.line, editor.value("C.Value")) == (53, "7")
     editor.go("reverseContinue")
     editor.go("reverseContinue")
-    assert editor.value("C.Value") == "0", "no other before: the start"
+    assert editor.value("C.Value") == "0", "there is no earlier change, so this is the start"
 
 
 def test_each_round_of_a_loop_is_a_hit(stopped: Start) -> None:
@@ -116,7 +116,7 @@ def test_to_change_the_past_forgets_what_came_after(at_entry: Start) -> None:
     said = editor.say("C.Value := 1000")
     assert said == "C.Value = 1000; the scans after this one were discarded"
     editor.go("rcx/stepScan", scans=90)
-    assert editor.value("C.Value") == "1090", "90 have run since"
+    assert editor.value("C.Value") == "1090", "90 scans have run since"
 
 
 def test_commands_of_the_console(at_entry: Start) -> None:
@@ -155,7 +155,7 @@ def test_an_event_of_a_robot_is_let_happen_at_a_moment(editor: Editor, repositor
     assert editor.value("Main.Connected") == "TRUE"
     editor.say(".scan 40")
     editor.event("stopped")
-    assert editor.value("Main.Connected") == "FALSE", "it happens again, where it did"
+    assert editor.value("Main.Connected") == "FALSE", "the event happens again at the same time"
 
 
 # --- the number of repeated scans ---------------------------------------------------------------
@@ -183,7 +183,7 @@ def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) 
 
 
 def test_a_repeated_scan_is_the_same_to_the_byte(repository: Path, tmp_path: Path) -> None:
-    """This covers the whole cell: program, robot with random delays, network with jitter."""
+    """A repeated scan is equal for the whole cell: program, random delays, network jitter."""
     stimulus = tmp_path / "start.toml"
     stimulus.write_text(
         '[[at]]\ntime = "100ms"\nset = { "Main.CellSafe" = true }\n'

@@ -153,7 +153,7 @@ def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(at_entry
     assert why["text"].endswith("Lamps.st:58: division by zero")
     assert editor.stack() == [("Main (Lamps)", 58)]
     assert editor.request("exceptionInfo", threadId=1)["description"] == why["text"]
-    assert editor.go()["text"] == why["text"], "it cannot go on as it is"
+    assert editor.go()["text"] == why["text"], "the program cannot continue unchanged"
     editor.say("Divisor := 2")
     editor.go("next")
     assert (editor.line, editor.value("Part")) == (50, "4")

@@ -177,7 +177,7 @@ def test_on_a_port_of_this_computer_one_client_comes_after_the_other(port: tuple
     for _ in range(2):
         told = _answers(number, _launches(token=token))
         answers = [one["success"] for one in told if one["type"] == "response"]
-        assert answers == [True, True, True], "the program is that of the command line"
+        assert answers == [True, True, True], "the program comes from the command line"
 
 
 @pytest.mark.parametrize("given", [{}, {"token": "guessed"}, {"token": None}, {"token": ["x"]}])
@@ -197,7 +197,7 @@ def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
 
 
 def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) -> None:
-    """Its connection is closed, so that its sending fails at once.
+    """The connection of a refused client is closed, so that its next message fails at once.
 
     Source: docs/how-to/debug.md, the port
     """
@@ -280,7 +280,7 @@ def test_options_have_the_names_that_they_have_in_rcx_run(editor: Editor, lamps:
     launch: dict[str, Any] = {"scan": "20ms", "on-loss": "clear", "seed": 3, "m": [0]}
     launch["onLoss"] = "clear"
     editor.start(sources=[str(lamps)], for_="100ms", __sessionId="x", **launch)
-    assert editor.value("C.Value") == "5", "of 100 ms with a scan of 20 ms"
+    assert editor.value("C.Value") == "5", "five scans in 100 ms"
 
 
 def test_a_source_with_a_mistake_is_named_with_its_line(editor: Editor, tmp_path: Path) -> None:
@@ -347,7 +347,9 @@ def test_arguments_of_wrong_types_are_answered(
     for wrong in _WRONG:
         with suppress(RefusedError):
             editor.request(command, **dict.fromkeys(keys, wrong))
-    assert editor.value("C.Value") == "0", "it stands before the first scan, and answers"
+    assert editor.value("C.Value") == "0", (
+        "the program has stopped before the first scan, and answers"
+    )
 
 
 def test_a_request_that_is_no_request_is_answered(editor: Editor) -> None:

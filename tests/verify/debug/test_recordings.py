@@ -97,7 +97,7 @@ def test_a_cell_repeats_its_areas_without_its_robot(tmp_path: Path, repository: 
         again.append(tape.telegrams[0].si)
     assert len(set(areas)) > 5
     assert again == areas
-    assert file.stat().st_size < 40_000, "it is small: scans alike are one line"
+    assert file.stat().st_size < 40_000, "equal scans share a line, so the file is small"
 
 
 def test_values_of_all_kinds_come_again(tmp_path: Path) -> None:

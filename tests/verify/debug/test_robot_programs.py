@@ -74,7 +74,7 @@ def test_what_cannot_be_a_breakpoint_is_refused(shaking: Start) -> None:
         ({"condition": "N% >"}, "'N% >' is not an expression of the robot language; write it as"),
         ({"condition": "ARM"}, "'ARM' is not an expression"),
         ({"condition": "SI(20)=1,500"}, "'SI(20)=1,500' is not an expression"),
-        ({"logMessage": "here"}, "a message works in Structured Text only"),
+        ({"logMessage": "here"}, "logpoints are possible in Structured Text only"),
         ({"hitCondition": "often"}, "'often' is not a count of hits"),
     ):
         (found,) = editor.set(MAIN, {"line": 5, **wanted})
@@ -90,7 +90,9 @@ def test_a_condition_is_an_expression_of_the_robot_language(shaking: Start) -> N
     editor = shaking({MAIN: [{"line": 5, "condition": "n% = 3 and si(20)=1"}]})
     assert editor.value("N%", thread=TASK_1) == "3"
     editor.go("reverseContinue")
-    assert editor.stack(1)[0][1] == 10, "the start of the run: it has not held before"
+    assert editor.stack(1)[0][1] == 10, (
+        "the start of the run, because the condition has not held before"
+    )
     editor.set(MAIN, {"line": 4, "condition": "P900 = P901"})
     editor.go()
     assert editor.stack(TASK_1) == [("SHAKE", 4)]
@@ -127,7 +129,9 @@ def test_a_step_in_the_plc_ends_in_the_plc(shaking: Start) -> None:
     assert editor.go("next", 1)["threadId"] == 1
     assert editor.stack(1) == [("Main (Shake)", 10)]
     assert editor.stack(TASK_1) == [("SHAKE", 7)]
-    assert editor.go("stepBack", 1)["threadId"] == 1, "not to a line of the robot in this scan"
+    assert editor.go("stepBack", 1)["threadId"] == 1, (
+        "the stop is not in a line of the robot in this scan"
+    )
     assert editor.stack(1)[0][0] == "Main (Shake)"
 
 
@@ -151,7 +155,7 @@ def test_a_task_shows_its_variables(shaking: Start) -> None:
 
 
 def test_the_console_shows_plc_and_tasks_side_by_side(shaking: Start) -> None:
-    """They are shown at each stop, and by .where."""
+    """The console shows PLC and tasks at each stop, and after .where."""
     editor = shaking({MAIN: [{"line": 7, "hitCondition": "1"}]})
     shown = editor.say(".where")
     first, *tasks = shown.splitlines()
@@ -201,4 +205,4 @@ def test_programs_of_several_robots_and_of_an_all_file(tmp_path: Path) -> None:
     assert (list(programs.files), list(programs.lines(file))) == ([file], [4, 5])
     assert list(programs.tasks) == [(1, "Robot 1 task 1: MAIN"), (2, "Robot 2 task 1: MAIN")]
     assert [one[:3] for one in programs.stack(2)] == [("MAIN", file, 3)]
-    assert robot_programs([Controller(RobotConfig())]) is None, "it has no text"
+    assert robot_programs([Controller(RobotConfig())]) is None, "this program has no text"

@@ -84,7 +84,7 @@ def test_inputs_from_outside_have_names(
 
 
 def test_a_real_is_a_number_and_not_its_bits(machine: tuple[ProgramMachine, Names]) -> None:
-    """16#3F000000 is 0.5: IEEE 754."""
+    """By IEEE 754, 16#3F000000 is 0.5."""
     made, names = machine
     [name] = [one for one, place in made.places.items() if place == ("MAIN", "RATE")]
     solver, term = z3.Solver(), z3.BitVec(name, 32)

@@ -203,3 +203,34 @@ def test_a_mistake_has_the_users_file(tmp_path: Path, body: str, message: str) -
     with pytest.raises(InputError) as caught:
         proved(tmp_path, body)
     assert f"{tmp_path}/{message}" in str(caught.value)
+
+
+_DEVICE = """<configuration name="{name}"><resource name="Application">
+<task name="Main" priority="5" interval="PT0.01S"><pouInstance name="Count" typeName=""/></task>
+<addData><data name="http://www.3s-software.com/plcopenxml/pou"><pou name="Count"
+pouType="program"><interface><localVars><variable name="n"><type><INT/></type></variable>
+</localVars></interface><body><ST><xhtml>n := {body}</xhtml></ST></body></pou></data></addData>
+</resource></configuration>
+"""
+
+
+@pytest.mark.exhaustive
+def test_a_device_of_a_project_is_proved_and_its_run_names_it(tmp_path: Path) -> None:
+    """The property holds on one device only.
+
+    Source: docs/how-to/projects.md.
+    """
+    devices = "".join(
+        _DEVICE.format(name=name, body=f"{value};\n(* prove: n = 1 *)")
+        for name, value in (("Press", 1), ("Oven", 2))
+    )
+    file = tmp_path / "plant.xml"
+    file.write_text(
+        f"<project><types><pous/></types><instances><configurations>{devices}"
+        "</configurations></instances></project>"
+    )
+    for device, status in (("Press", "proved"), ("Oven", "refuted")):
+        settings = Settings(out=tmp_path / "out", robot=False, device=device)
+        results, _ = prove([file], settings)
+        assert [one.status for one in results] == [status]
+        assert all(f" --device {device} --scan" in one.command for one in results if one.command)

@@ -10,8 +10,8 @@ from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, CommandError
 from rcx_harness.robot.commands.base import Call, Response, act
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port_of
+from rcx_harness.robot.program.task import NEXT_LINE, RUN, STEP
 from rcx_harness.robot.signals import dedicated_outputs
-from rcx_harness.robot.tasks import NEXT_LINE, RUN, STEP
 
 _KINDS = ("DI", "DO", "MO", "LO", "TO", "SI", "SO")
 _DEDICATED = 2  # SO0() and SO1()

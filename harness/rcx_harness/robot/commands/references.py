@@ -6,8 +6,8 @@ from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, ActiveAlarm, CommandE
 from rcx_harness.robot.commands.base import Action, Call, Execution, Response, act, takes_time
 from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.program.task import RobotTask
 from rcx_harness.robot.stored import AXES
-from rcx_harness.robot.tasks import RobotTask
 
 _MM = 0x506
 _DRIVERS = 4

@@ -25,7 +25,7 @@ from rcx_harness.robot.program.values import (
 )
 from rcx_harness.robot.stored import COUNTS, Hand, Point, variable_number
 
-__all__ = ["FUNCTIONS", "Scope", "Surroundings", "assign", "evaluate", "inputs_only"]
+__all__ = ["FUNCTIONS", "Scope", "Surroundings", "assign", "evaluate", "inputs_only", "is_true"]
 
 _SCALE = 1000
 
@@ -89,6 +89,11 @@ def evaluate(node: Node, world: Surroundings, scope: Scope) -> Any:
         CommandError: the evaluation fails; the program gets the alarm with this number.
     """
     return _EVALUATORS[node.kind](node.args, world, scope)
+
+
+def is_true(condition: Node, world: Surroundings, scope: Scope) -> bool:
+    """Return whether a condition is true: any number but 0."""
+    return number_of(evaluate(condition, world, scope), world.config) != 0
 
 
 def inputs_only(node: Node) -> bool:

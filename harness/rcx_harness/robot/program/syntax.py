@@ -13,9 +13,11 @@ from typing import Any
 __all__ = [
     "COORDINATES",
     "MOVES",
+    "NEXT",
     "OPTIONS",
     "SIGNATURES",
     "SILENT",
+    "STAY",
     "Instruction",
     "Node",
     "Program",
@@ -24,6 +26,9 @@ __all__ = [
 
 #: Kinds of the instructions that start a movement.
 MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push", "path_start")
+#: Results of an instruction in place of the position of the next one: continue behind it, or
+#: continue in this instruction in the next cycle.
+NEXT, STAY = -1, -2
 #: The options of movements that are names, as they are written before `=`.
 OPTIONS = (
     "S",

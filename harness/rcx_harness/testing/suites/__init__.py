@@ -25,6 +25,10 @@ FRAMEWORK = Framework(
     started="RcxTest_Started",
     done="RcxTest_Done",
     aborted="RcxTest_Aborted",
+    call="RcxTest_Run",
+    tests="RcxTests",
+    test="RcxTest_Number",
+    failed="RcxTest_Failed",
     case="RcxTest_Case",
     words={
         "counts": "RcxCounts",

@@ -76,13 +76,15 @@ def write_recording(
     named = [given] if isinstance(given, (str, Path)) else given
     replace = settings.get("replace") or {}
     lib = settings.get("lib")
-    sources = source_files(list(named), lib, replace, settings.get("dialect"))
+    device = settings.get("device") or ""
+    sources = source_files(list(named), lib, replace, settings.get("dialect"), device)
     head = {
         "format": FORMAT,
         "test": test,
         "failed": failed,
         "engine": recorded.engine,
         "dialect": sources.dialect,
+        "device": device,
         "folder": folder.as_posix(),
         "program": [_shown(Path(one), folder) for one in named],
         "lib": None if lib is None else _shown(Path(lib), folder),
@@ -136,7 +138,7 @@ def opened(file: Path) -> tuple[CellTape, str, str]:
         given = [folder / one for one in head["program"]]
         lib = None if head["lib"] is None else folder / head["lib"]
         replace = {name: folder / one for name, one in head["replace"].items()}
-        sources = source_files(given, lib, replace, head["dialect"])
+        sources = source_files(given, lib, replace, head["dialect"], head.get("device", ""))
         _check(head["files"], _digests(sources.all, folder), file)
         program = build(sources.all, "builtin").program
         violations = [Violation(t_us, rule, text) for t_us, rule, text in head["violations"]]

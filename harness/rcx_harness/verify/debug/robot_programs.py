@@ -13,8 +13,8 @@ from rcx_harness.robot.program.execution import Frame
 from rcx_harness.robot.program.expressions import evaluate, number_of
 from rcx_harness.robot.program.reader import read_expression
 from rcx_harness.robot.program.syntax import Instruction, Node
+from rcx_harness.robot.program.task import RobotTask
 from rcx_harness.robot.program.values import Value
-from rcx_harness.robot.tasks import RobotTask
 from structured_text.debug.devices import DeviceFrame, Devices, DeviceStep
 from structured_text.debug.machine import Scope
 from structured_text.debug.places import real_path

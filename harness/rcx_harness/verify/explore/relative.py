@@ -23,7 +23,8 @@ from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import Ports
 from rcx_harness.robot.program.syntax import Program
-from rcx_harness.robot.tasks import Programs, RobotTask
+from rcx_harness.robot.program.task import RobotTask
+from rcx_harness.robot.tasks import Programs
 
 __all__ = ["relative"]
 

@@ -13,7 +13,7 @@ from itertools import combinations
 
 from rcx_harness.cell import Cell
 from rcx_harness.robot.ports import Port, value_in
-from rcx_harness.robot.tasks import RobotTask
+from rcx_harness.robot.program.task import RobotTask
 from structured_text.errors import InputError
 
 __all__ = ["plc_waits", "robot_waits", "waits"]

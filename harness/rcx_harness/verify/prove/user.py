@@ -43,18 +43,22 @@ class Settings(user.Settings):
         lib: The folder of the library; None: the library of this package.
         robot: Whether there is a controller. Without a controller the program has no areas.
         replace: Files with Structured Text that replace POUs of a project, by name.
+        device: The device to read of a project with several devices.
     """
 
     lib: Path | None = None
     robot: bool = True
     replace: Mapping[str, Path] = field(default_factory=dict)
+    device: str = ""
 
 
 def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str]]:
     """Prove a program's properties; return the results and the names of the program's inputs."""
-    sources = source_files(list(files), settings.lib, settings.replace)
+    sources = source_files(list(files), settings.lib, settings.replace, device=settings.device)
     bench = CellBench if settings.robot else AloneBench
-    return user.prove(sources, settings, bench(files, settings.lib))
+    return user.prove(
+        sources, settings, bench(files, settings.lib, settings.replace, settings.device)
+    )
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,8 @@ class CellBench:
 
     files: Sequence[Path]
     lib: Path | None
+    replace: Mapping[str, Path] = field(default_factory=dict)
+    device: str = ""
     name: str = "rcx prove"
     library: Library = LIBRARY
 
@@ -91,6 +97,8 @@ class CellBench:
         """Return the command that replays a run."""
         words = ["rcx run", *map(quoted, self.files)]
         words += [f"--lib {quoted(self.lib)}"] if self.lib else []
+        words += [f"--replace {name}={quoted(file)}" for name, file in self.replace.items()]
+        words += [f"--device {quoted(self.device)}"] if self.device else []
         words += [
             f"--scan {run.scan_us / 1000:g}ms --for {len(run.steps) * run.scan_us / 1000:g}ms"
         ]

@@ -97,7 +97,8 @@ class CellsOf:
             named = [one for one in program if not _is_beside(one, program)]
             try:
                 bodies = dict(zip(self.replaced, replaced, strict=True))
-                sources = source_files(named, folder, bodies, self.options.get("dialect"))
+                dialect, device = self.options.get("dialect"), self.options.get("device") or ""
+                sources = source_files(named, folder, bodies, dialect, device)
                 compiled = Compiled(sources, self.options.get("engine", "auto"))
             except InputError as error:
                 raise blame_lib(error, folder) from None

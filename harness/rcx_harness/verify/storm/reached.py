@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 
 from rcx_harness.cell import Cell
 from rcx_harness.robot.program.syntax import SILENT
-from rcx_harness.robot.tasks import RobotTask
+from rcx_harness.robot.program.task import RobotTask
 from rcx_harness.verify.storm.sweep import ranges
 
 __all__ = ["Line", "Reached", "unreached_lines"]

@@ -162,7 +162,7 @@ def tasks() -> dict[str, list[str]]:
 
 
 def _choices(name: str) -> Iterator[str]:
-    """Yield a table that says when to use a block and each similar block."""
+    """Yield a table with the use of a block and of each similar block."""
     rows: dict[str, str] = {}
     for choice in _alternatives():
         if name in choice:

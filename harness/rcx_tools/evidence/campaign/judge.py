@@ -89,7 +89,7 @@ class Judge:
         return [one.name for one in self._blocks if one.busy]
 
     def take(self, record: Record) -> None:
-        """Take a record of the trace; judge it if it is a scan."""
+        """Receive a record of the trace, and check it if it is a scan."""
         if isinstance(record, Scan):
             self._scan(record)
 

@@ -122,7 +122,7 @@ def _explain(seed: int, options: Namespace, console: Console) -> None:
     lines = [str(found), f"{conditions.timing}", *acts]
     (folder / f"seed_{seed}.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
     console.print(f"seed {seed}: {found}")
-    console.print(f"  {len(acts)} acts are left; {trace} and .svg, .txt beside it")
+    console.print(f"  {len(acts)} events remain: {trace}, also as .svg and .txt")
 
 
 def _options(arguments: list[str] | None) -> Namespace:

@@ -36,7 +36,7 @@ class Seen:
 
     Attributes:
         pins: Its outputs.
-        first: Response[1] of a command block; 0 of another.
+        first: Response[1] of a command block; 0 for another block.
         works: It is Busy, or stops.
     """
 

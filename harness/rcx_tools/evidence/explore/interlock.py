@@ -142,7 +142,7 @@ _KEPT = (
 
 
 class _World(World[_Choice]):
-    """The program, and the rules that it must keep."""
+    """The program, and the rules that it must obey."""
 
     def __init__(self, model: InterlockModel, library: Sequence[Path]) -> None:
         self._model = model
@@ -169,7 +169,7 @@ class _World(World[_Choice]):
         return self._pack(_State(self.start, self._freeze()))
 
     def choices(self, state: bytes) -> Sequence[_Choice]:
-        """Return all choices; in the first scan, all instances are called."""
+        """Return all choices. In the first scan all instances are called."""
         if self._states[state].seats == self.start:
             return [one for one in self.every if all(name != "called" for _, name in one.changes)]
         return self.every
@@ -407,7 +407,7 @@ def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) ->
 
 
 def _safety(before: Sequence[_Seat], after: Sequence[_Seat]) -> Iterator[str]:
-    """Yield violations of mutual exclusion: two owners, or an owner beside a robot in the way."""
+    """Yield violations of mutual exclusion: an owner while another robot owns or may be inside."""
     for k, seat in enumerate(after):
         if not (seat.valid and seat.called):
             continue

@@ -42,7 +42,7 @@ __all__ = ["PROPERTIES", "kind_of"]
 _SHARED = ("WORD", "WORDINWORDS")
 #: Their errors end with the cause, not with Enable.
 _PASSING = ("FB_AUTOMODE", "FB_STATUS")
-#: Blocks without an Error pin whose outputs depend on their pins alone.
+#: Blocks without an Error pin; their outputs depend only on their pins.
 _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
 #: Their outputs depend on arithmetic. A proof takes any result of it, so a second instance may give
 #: another result.
@@ -119,7 +119,7 @@ def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
             z3.And(enable, was["ERROR"]), now["ERROR"]
         )
     if block not in _LOOKING:
-        # A jog that has ended by itself keeps showing that.
+        # A jog that has ended by itself continues to show this end.
         ended = z3.And(now["VALID"], now.bit("LOCKED"))
         claims["out of place Error is TRUE"] = z3.Implies(
             z3.And(z3.Not(_placed(was)), enable), z3.Or(now["ERROR"], ended)

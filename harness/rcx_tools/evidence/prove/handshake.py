@@ -184,7 +184,7 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
     yield Goal(f"{name}: there is no other answer", assumed, known)
     for end, told in _ENDS.items():
         claim = (answer == told) == z3.And(ready, status == end)
-        yield Goal(f"{name}: the end status 16#{end:04X} is told", assumed, claim)
+        yield Goal(f"{name}: the end status 16#{end:04X} is reported", assumed, claim)
 
 
 def _taken(library: Library, name: str) -> Iterator[Goal]:

@@ -264,7 +264,7 @@ def at_start(library: Library, block: str) -> tuple[Machine, Memory]:
 
 
 def invariant(library: Library, block: str, step: Step, saw: Any) -> tuple[list[Any], list[Any]]:
-    """Return the invariant before and after a call; it also holds at the start.
+    """Return the invariant before and after a call. It also holds at the start.
 
     Args:
         library: The library.

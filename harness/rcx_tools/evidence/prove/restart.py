@@ -458,7 +458,7 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _sender(machine: Machine, memory: Memory, name: str) -> Any:
-    """Return the claim: ErrorID is the failure; with it, or without Enable, no command waits."""
+    """Return the claim: ErrorID is the failure; after it, or without Enable, no command waits."""
     command = _SENDERS[name]
 
     def get(*path: Any) -> Any:
@@ -476,7 +476,7 @@ def _sender(machine: Machine, memory: Memory, name: str) -> Any:
 
 
 def _failure(machine: Machine, memory: Memory, _: str) -> Any:
-    """Return the claim: ErrorID is the failure; with one, no job works and a jog is locked."""
+    """Return the claim: ErrorID is the failure; after it no job is busy, and a jog is locked."""
     shown = machine.term((*BLOCK, "ERRORID"), memory)
     failure = machine.term((*BLOCK, "FAILURE"), memory)
     idle = z3.Not(machine.term((*BLOCK, "JOB", "BUSY"), memory))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import marshal
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
-from types import FrameType, TracebackType
+from types import FrameType, FunctionType, TracebackType
 from typing import TYPE_CHECKING, Any
 
 from structured_text.engines.builtin import byte_views, heap, references
@@ -15,6 +15,7 @@ from structured_text.engines.builtin.blocks import CLASSES, bodies
 from structured_text.engines.builtin.code import Code
 from structured_text.engines.builtin.collector import Collector, collecting
 from structured_text.engines.builtin.runtime import NAMES
+from structured_text.engines.builtin.storage import slot_name
 from structured_text.language import cache
 from structured_text.language.dialects import rules_of
 from structured_text.language.project import Project
@@ -125,6 +126,38 @@ class Module:
             yield
         finally:
             self.names.update(before)
+
+    @contextmanager
+    def replacing(
+        self, pous: Iterable[str], replace: Callable[[str, Callable[..., Any]], Callable[..., Any]]
+    ) -> Iterator[None]:
+        """Call `replace(name, function)(...)` for these FUNCTIONs and methods inside the `with`.
+
+        A method is named `Block.Method`. POUs that the program does not have are ignored.
+        """
+        found = {name: self.names.get(f"f_{slot_name(name)}") for name in pous}
+        made = {one: replace(name, one) for name, one in found.items() if one is not None}
+        before = {key: one for key, one in self.names.items() if _is_among(one, made)}
+        attributes = [
+            (kind, name, one)
+            for key, kind in self.names.items()
+            if key.startswith("b_") and isinstance(kind, type)
+            for name, one in vars(kind).items()
+            if _is_among(one, made)
+        ]
+        self.names.update({key: made[one] for key, one in before.items()})
+        for kind, name, one in attributes:
+            setattr(kind, name, made[one])
+        try:
+            yield
+        finally:
+            self.names.update(before)
+            for kind, name, one in attributes:
+                setattr(kind, name, one)
+
+
+def _is_among(value: Any, functions: Mapping[Callable[..., Any], Any]) -> bool:
+    return isinstance(value, FunctionType) and value in functions
 
 
 def _noting(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import struct
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ __all__ = ["BuiltinProgram"]
 _FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError)
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
-#: Types whose values are held as `read` returns them.
+#: Types with equal values in memory and in the result of `read`.
 _AS_HELD = frozenset(
     {
         *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT"),
@@ -241,9 +241,10 @@ class BuiltinProgram(OfProject):
         return lambda: tuple([look() for look in looks])
 
     def _converter(self, kind: Type) -> Callable[[Any], Value] | None:
-        """Return the function that turns a held value into that of `read`; None if they are equal.
+        """Return the function that converts a stored value for `read`; None if both are equal.
 
-        It is made once for each type: monitors and tests read the same structures in each scan.
+        It is made once for each type, because monitors and tests read the same structures in each
+        scan.
         """
         if id(kind) not in self._converters:
             self._converters[id(kind)] = self._made_converter(kind)
@@ -374,6 +375,51 @@ class BuiltinProgram(OfProject):
         with self.module.skipping(block, place, called):
             yield
 
+    @contextmanager
+    def guarding(
+        self, pous: Iterable[str], called: Callable[[str, Any, Callable[[], Any]], Any]
+    ) -> Iterator[None]:
+        """Let `called` run the calls of these FUNCTIONs and methods inside the `with`.
+
+        `called` gets the name of the POU, the first argument (the instance of a method), and a
+        function that runs the call; it raises InputError, with file and line, if the program fails
+        at run time. The call has the value that `called` returns. Calls within such a call run as
+        usual.
+
+        Args:
+            pous: Names; `Block.Method` for a method.
+            called: Runs a call.
+        """
+        active = False
+
+        def replaced(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+            def call(*arguments: Any) -> Any:
+                nonlocal active
+                if active:
+                    return function(*arguments)
+                active = True
+                try:
+                    run = partial(self._guarded, function, arguments)
+                    return called(name, arguments[0] if arguments else None, run)
+                finally:
+                    active = False
+
+            return call
+
+        with self.module.replacing(pous, replaced):
+            yield
+
+    def _guarded(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        try:
+            return function(*arguments)
+        except _FAULTS as error:
+            raise self._fault(error) from None
+        except InputError as error:  # of an answer, see `answering`
+            if error.file is not None:
+                raise
+            file, line = self.module.origin(error.__traceback__) or (None, None)
+            raise InputError(error.message, file=file, line=line, hint=error.hint) from None
+
     def advance(self, time_ns: int) -> None:
         """Let time pass within a scan [ns]; the next scan sets the time anew."""
         self._globals.now += time_ns
@@ -401,7 +447,7 @@ class BuiltinProgram(OfProject):
         Raise InputError if the snapshot belongs to another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
-            raise InputError("this snapshot is of another program")
+            raise InputError("this snapshot belongs to another program")
         self._scans = snapshot.scans
         heap, names = self._globals.heap, self.module.names
         if heap or snapshot.made:

@@ -263,7 +263,7 @@ class _ElsewhereError(ProgramError):
     """The error for a comparison of pointers into different variables, which have no order."""
 
     def __init__(self) -> None:
-        super().__init__("pointers to different variables: which of them comes first is not known")
+        super().__init__("pointers to different variables have no order")
 
 
 def _unlike(one: Any, other: Any, layout: Layout) -> bool:

@@ -1,8 +1,9 @@
 """Counters (CTU, CTD, CTUD) whose results differ on matiec.
 
-The standard lets CV run to the limits of its type. matiec stops at PV upwards and at 0 downwards.
-A program can see that in CV, and in both outputs of CTUD. Q of CTD is the same, because the values
-below 0 differ only among themselves. Q of CTU is the same as long as PV stays the same.
+In the standard, CV counts as far as the limits of its type. matiec stops counting up at PV, and
+counting down at 0. The difference is visible in CV, and in both outputs of CTUD. Q of CTD does not
+differ, because only values of CV up to 0 differ. Q of CTU does not differ as long as PV is
+constant.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ _OUTPUTS = ("CV", "Q", "QU", "QD")
 def other_counts(sources: Sources) -> Iterator[Hit]:
     """Yield the places that read a result of a counter which may differ.
 
-    A counter whose outputs the program never reads is there for a reader outside, such as a test or
-    an operator panel. Its first call is the place, unless CV cannot differ.
+    If the program reads no output of a counter, a reader outside may do so, such as a test or an
+    operator panel. The place is then the first call of the counter, unless CV cannot differ.
     """
     if sources.counters == "preset":
         return
@@ -79,12 +80,12 @@ class _Counter:
         given = [dict(call.inputs).get("PV") for _, call in self.calls]
         presets = [one for one in given if one is not None]
         if not presets:
-            return True  # it stays 0
+            return True  # PV is always 0
         complete = all("PV" in one for one in self._counting())
         return complete and _is_constant(presets[0]) and presets.count(presets[0]) == len(presets)
 
     def _stops_itself(self) -> bool:
-        """Return whether its own Q always prevents that it counts beyond PV."""
+        """Return whether the counter's own Q always prevents it from counting beyond PV."""
         presets = [_value(one["PV"]) for one in self._counting() if "PV" in one]
         if not all(one is not None and one > 0 for one in presets) or not presets:
             return False

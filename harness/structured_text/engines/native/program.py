@@ -198,7 +198,7 @@ class NativeProgram(OfProject):
         another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.image != self._image:
-            raise InputError("this snapshot is of another program")
+            raise InputError("this snapshot belongs to another program")
         every = zip(self._regions, snapshot.contents, snapshot.first, self._first, strict=True)
         for memory, content, theirs, ours in every:
             memory[:] = content

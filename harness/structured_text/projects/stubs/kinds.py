@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 
 from structured_text.language import syntax as s
+from structured_text.language.objects import INIT
 from structured_text.language.walk import nodes
 from structured_text.projects.missing import simple_type
 from structured_text.projects.stubs.model import (
@@ -47,6 +48,8 @@ class Mentions:
         self._asked: set[str] = set()
         self._members: dict[str, set[str]] = {}
         self._initial: dict[str, str] = {}
+        self._started: dict[str, list[tuple[s.Argument, ...]]] = {}
+        self._values: dict[str, list[tuple[s.Name, str]]] = {}
         self._interfaces: set[str] = set()
         for source in sources:
             for node in nodes(source.declarations, names=True):
@@ -54,6 +57,10 @@ class Mentions:
 
     def _note(self, node: object) -> None:
         if isinstance(node, s.VarDecl):
+            if isinstance(node.initial, s.Field):
+                wanted = next((one.text for one in _named(node.spec)), "")
+                found = self._values.setdefault(_last(node.initial.base), [])
+                found.append((node.initial.name, wanted))
             for kind in _named(node.spec):
                 key = kind.key.rpartition(".")[2]
                 self._types.setdefault(key, set()).update(one.key for one in node.names)
@@ -61,6 +68,9 @@ class Mentions:
                     self._fields.setdefault(key, []).extend(node.initial.fields)
                 if isinstance(node.initial, s.Literal):
                     self._initial.setdefault(key, _TYPE_OF_LITERAL.get(node.initial.kind, ""))
+        elif isinstance(node, s.NamedSpec) and node.arguments:
+            key = node.name.key.rpartition(".")[2]
+            self._started.setdefault(key, []).append(node.arguments)
         elif isinstance(node, (s.Pou, s.TypeDecl)) and node.extends is not None:
             base = BLOCK if isinstance(node, s.Pou) else STRUCT
             self._bases.setdefault(node.extends.key.rpartition(".")[2], base)
@@ -93,7 +103,22 @@ class Mentions:
             pin = stub.input(field.text) if stub.kind == BLOCK else stub.output(field.text)
             if isinstance(value, s.Literal):
                 pin.note(_TYPE_OF_LITERAL.get(value.kind, ""), given=True)
+        if stub.kind == BLOCK:
+            self._start(stub)
         return stub
+
+    def _start(self, stub: Stub) -> None:
+        """Give a block the method that gets the arguments of its declarations."""
+        for arguments in self._started.get(stub.name.upper(), ()):
+            method = stub.method(INIT)
+            method.used = True
+            method.result.note("BOOL", given=True)
+            for name in ("bInitRetains", "bInCopyCode"):
+                method.input(name).note("BOOL", given=True)
+            for number, one in enumerate(arguments, 1):
+                pin = method.input(one.name.text if one.name is not None else f"Argument{number}")
+                if isinstance(one.value, s.Literal):
+                    pin.note(_TYPE_OF_LITERAL.get(one.value.kind, ""), given=True)
 
     def _type_stub(self, name: str) -> Stub:
         key = name.upper()
@@ -103,6 +128,8 @@ class Mentions:
             return Stub(name, ALIAS, base=alias)
         if key in self._interfaces:
             return Stub(name, INTERFACE)
+        if key in self._started:
+            return Stub(name, BLOCK)
         if key in self._bases:
             return Stub(name, self._bases[key])
         if _BLOCK_NAME.match(name) or variables & self._called:
@@ -121,7 +148,10 @@ class Mentions:
 
     def name_stub(self, name: str) -> Stub:
         """Return the stub of an undeclared name before a dot: an enumeration, or a global list."""
-        return Stub(name, ENUM if name.upper() in self._types else LIST)
+        stub = Stub(name, ENUM if name.upper() in self._types else LIST)
+        for member, kind in self._values.get(name.upper(), ()):
+            stub.output(member.text).note(kind if stub.kind == LIST else "", given=False)
+        return stub
 
     def is_base(self, name: str) -> bool:
         """Return whether the name has members in the program."""

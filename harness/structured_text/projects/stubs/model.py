@@ -69,6 +69,8 @@ _BY_NAME = (
 _FLAGS = re.compile(
     r"Execute|Enabled?|Done|Busy|Active|Error|Valid|CommandAborted|Q|In[A-Z]\w+|Is[A-Z]\w+|Has[A-Z]\w+"
 )
+#: The type of an input that gets values of several types.
+ANY = "ANY"
 #: The type if nothing is known.
 _UNKNOWN = "DINT"
 
@@ -110,6 +112,16 @@ class Pin:
     @property
     def type(self) -> str:
         """Return the inferred type: wide enough for given values, else as narrow as required."""
+        return self._common or (self.given or self.wanted)[0]
+
+    @property
+    def input_type(self) -> str:
+        """Return the type of an input: ANY if no other type takes all given values."""
+        return self._common or (ANY if len(self.given) > 1 else (self.given or self.wanted)[0])
+
+    @property
+    def _common(self) -> str:
+        """Return the type that all values have or convert to; empty if there is none."""
         known = self.given or self.wanted
         for order in (_INTEGERS, _BITS, _NUMBERS, _REALS):
             if known and all(kind in order for kind in known):
@@ -123,9 +135,9 @@ class Pin:
             return certain[0] if len(certain) == 1 else "POINTER TO BYTE"
         if known and all(kind.startswith("STRING") for kind in known):
             return "STRING(255)"
-        if known:
-            return known[0]
-        return _by_name(self.name)
+        if not known:
+            return _by_name(self.name)
+        return known[0] if len(known) == 1 else ""
 
 
 def _number(key: str) -> int:
@@ -241,7 +253,9 @@ class Stub:
             ):
                 if known:
                     yield section
-                    yield from (f"  {pin.name} : {pin.type};" for pin in known.values())
+                    for pin in known.values():
+                        kind = pin.input_type if section == "VAR_INPUT" else pin.type
+                        yield f"  {pin.name} : {kind};"
                     yield "END_VAR"
             yield from (line for one in self.methods.values() for line in one.lines())
             yield f"END_{self.kind}"

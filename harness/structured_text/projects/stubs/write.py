@@ -139,6 +139,8 @@ def _missing(
         return mentions.space_stub(whole) if whole.upper() in spaces or "." in whole else None
     if "there is no function" in message:
         return mentions.function_stub(name)
+    if key in spaces:
+        return mentions.space_stub(name)
     if not message.endswith(" is not declared"):
         return mentions.type_stub(name)
     if mentions.is_base(name) and (referring or libraries_of(name)):

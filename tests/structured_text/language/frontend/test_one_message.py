@@ -43,6 +43,39 @@ _STATEMENTS = [
     ("I = 1;", 3, 3, "= compares, and does not assign", "write :="),
     ("IF I == 1 THEN I := 2; END_IF;", 3, 6, "== is an operator of C", "write = to compare"),
     ("IF B && B THEN I := 2; END_IF;", 3, 6, "&& is an operator of C", "write AND"),
+    ("IF I != 1 THEN I := 2; END_IF;", 3, 6, "!= is an operator of C", "write <>"),
+    ("IF B || B THEN I := 2; END_IF;", 3, 6, "|| is an operator of C", "write OR"),
+    ("IF !B THEN I := 2; END_IF;", 3, 4, "! is an operator of C", "write NOT"),
+    ("I := I % 2;", 3, 8, "% is an operator of C", "write MOD"),
+    ("I += 1;", 3, 3, "+= is not an operator of Structured Text", "write it as a := a + 1"),
+    ("I++;", 3, 2, "++ is not an operator of Structured Text", "write it as a := a + 1"),
+    ("B := I =< 2;", 3, 8, "=< is not an operator of Structured Text", "write <="),
+    ("IF I => 2 THEN I := 2; END_IF;", 3, 6, "=> is not a comparison", "write >="),
+    ("IF I := 1 THEN I := 2; END_IF;", 3, 4, ":= assigns, and does not compare", "write ="),
+    ("I : = 1;", 3, 3, "there is a blank in :=", "write :="),
+    ("IF B THEN I := 1; END IF;", 3, 19, "END IF is written as one word", "write END_IF"),
+    ("IF B THEN I := 1; ELSIF B I := 2; END_IF;", 3, 26, "THEN is missing",
+     "write it after 'B'"),
+    ("IF B THEN I := 1;\nELSE I := 2;\nELSE I := 3; END_IF;", 5, 1,
+     "the IF of line 3 has a second ELSE",
+     "write ELSIF and a condition in place of the first one, or remove it"),
+    ("REPEAT\n I := I + 1;\nEND_REPEAT;", 5, 1, "REPEAT has no UNTIL",
+     "write UNTIL and a condition before it"),
+    ("REPEAT\n I := I + 1;\nUNTIL B;\nI := 2;", 3, 1,
+     "the REPEAT of this line has no END_REPEAT",
+     "write END_REPEAT after the condition of line 5"),
+    ("FOR I := 1 TO 3 STEP 2 DO B := TRUE; END_FOR;", 3, 17, "a FOR has no STEP", "write BY"),
+    ("WHILE B DO BREAK; END_WHILE;", 3, 12, "BREAK is not a word of Structured Text",
+     "write EXIT"),
+    ("RETURN 5;", 3, 1, "RETURN takes no value",
+     "assign the value to the name of the function before"),
+    ("I := (1 + 2));", 3, 13, "there is no ( for this )", "remove it"),
+    ("int c = 3;", 3, 1, "variables are declared between VAR and END_VAR",
+     "write c : INT there"),
+    ("I := 0x1F;", 3, 6, "this number is malformed", "write it as 16#1F"),
+    ("I := 5s;", 3, 6, "this number is malformed", "write the duration as T#5s"),
+    ("# text", 3, 1, "the character '#' has no meaning here",
+     "write a comment as // text or (* text *)"),
     # Exceptions.
     ("__TRY\n I := 1;\n__CATCH(I)\n I := 2;\n__ENDTRY", 3, 1,
      "__TRY is not supported: nothing raises an exception that a program could catch",
@@ -68,6 +101,42 @@ def test_a_mistake_in_a_body_is_one_message(
     (error,) = mistakes_of(source)
     assert (error.line, error.column) == (line, column)
     assert (error.message, error.hint) == (message, hint)
+
+
+@pytest.mark.parametrize(
+    ("source", "line", "message", "hint"),
+    [
+        ("PROGRAM P1\nVAR if : INT; type, A : INT; END_VAR\nA := 1;\nEND_PROGRAM", 2,
+         "if is a keyword and cannot be a name", "choose another name"),
+        ("PROGRAM P1\nVAR\n A : INT;\nA := 1;\nEND_PROGRAM", 2,
+         "the VAR section has no END_VAR", "write END_VAR before the A of line 4"),
+        ("PROGRAM P1\nVAR\n INT A;\nEND_VAR\nA := 1;\nEND_PROGRAM", 3,
+         "the name stands before its type", "write A : INT"),
+        ("PROGRAM P1\nVAR A : INTEGER; END_VAR\nA := 1;\nEND_PROGRAM", 2,
+         "there is no type INTEGER", "did you mean INT"),
+        ("PROGRAM P1\nVAR A : UINT16; END_VAR\nA := 1;\nEND_PROGRAM", 2,
+         "there is no type UINT16", "did you mean UINT"),
+        ("PROGRAM P1\nVAR A : INT; (* text\nEND_VAR\nA := 1;\nEND_PROGRAM", 2,
+         "this comment is never closed", "end it with *)"),
+        ("FUNCTION F1\nVAR_INPUT A : INT; END_VAR\nF1 := A;\nEND_FUNCTION", 3,
+         "the FUNCTION F1 has no result", "write FUNCTION F1 : and its type"),
+        ("FUNCTION_BLOCK B1\nMETHOD M1\n;\n\nMETHOD M2\n;\nEND_METHOD\nEND_FUNCTION_BLOCK", 2,
+         "the METHOD of this line has no END_METHOD",
+         "write END_METHOD before the METHOD of line 5"),
+        ("PROGRAM P1\nVAR T1 : TON; B : BOOL; END_VAR\nT1(IN := B PT := T#1s);\nEND_PROGRAM", 3,
+         "a ',' is missing", "write it after 'B'"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_declaration_is_one_message(
+    source: str, line: int, message: str, hint: str, mistakes_of: Errors
+) -> None:
+    """Each name that is a keyword has its message.
+
+    Source: by hand.
+    """
+    first, *others = mistakes_of(source)
+    assert (first.line, first.message, first.hint) == (line, message, hint)
+    assert all("is a keyword" in one.message for one in others)
 
 
 def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:

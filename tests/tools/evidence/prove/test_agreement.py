@@ -133,7 +133,7 @@ def test_a_comparison_that_cannot_be_made_is_no_agreement(
 
 
 def test_the_report_says_in_words_what_was_compared_on_matiec() -> None:
-    """Figures by hand: two blocks with 300 and 310 scans, and a function with 20."""
+    """By hand, the figures are two blocks with 300 and 310 scans, and a function with 20."""
     scans = {"A": (300, True), "B": (310, True), "C": (20, False)}
     rows = [
         {

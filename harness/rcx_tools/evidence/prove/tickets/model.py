@@ -1,7 +1,7 @@
 """The ticket model of a channel: its invariant, each job's, and that of each two jobs.
 
-The PLC counts scans, tickets and turns in 16 bits, which wrap. Ghost counters of 48 bits stand
-beside the program and never wrap. The proof is an induction over the calls of any block. Each call
+The PLC counts scans, tickets and turns in 16 bits, which wrap. The proof adds ghost counters of 48
+bits, which never wrap. The proof is an induction over the calls of any block. Each call
 keeps the invariant of the channel, of any job and of any two jobs. The number of jobs does not
 occur, so the proof holds for all.
 """
