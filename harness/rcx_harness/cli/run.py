@@ -244,7 +244,7 @@ class RunOptions(CellOptions):
         if not self.live:
             return self.link
         if self.connect is None and self.link != "enip":
-            raise InputError("only a real network runs in real time", hint="add --link enip")
+            raise InputError("--realtime needs a real network", hint="add --link enip")
         if parse_us(self.jitter):
             raise InputError(
                 "--jitter is for virtual time: in real time the network has its own jitter",
