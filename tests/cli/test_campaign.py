@@ -1,4 +1,4 @@
-"""`rcx campaign` and `rcx sweep` have exit codes, findings, and replays for `rcx run`."""
+"""`rcx campaign` and `rcx sweep` report findings by exit codes, and by replays for `rcx run`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rcx compare` reads files and options and has exit codes.
+"""`rcx compare` reads its files and options, and reports differences by its exit code.
 
 The comparison itself is tested in tests/look/compare.
 """

@@ -260,7 +260,7 @@ def test_servos_motor_power_and_origin_are_statements() -> None:
 
 
 def test_a_second_robot_moves_beside_the_first() -> None:
-    """MOVE[2] moves robot 2, whose only axis is the third of the controller.
+    """MOVE[2] moves robot 2, which has only the third axis of the controller.
 
     Rule: robot-language.
     """
