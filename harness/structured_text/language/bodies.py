@@ -22,6 +22,7 @@ from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from structured_text.language.standard import BLOCKS, reserved
+from structured_text.language.system import SPACE
 from structured_text.language.starting import Start, start_calls, start_of, starting
 from structured_text.language.types import (
     ArrayType,
@@ -156,6 +157,8 @@ class _Statements:
             return t.While(self._condition(node.condition), self._loop(node.body), node.at)
         if isinstance(node, s.Repeat):
             return t.Repeat(self._loop(node.body), self._condition(node.condition), node.at)
+        if isinstance(node, s.Try):
+            return self._try(node)
         if isinstance(node, s.Exit):
             if not self._loops:
                 raise self._scope.error("EXIT stands outside a loop", node.at)
@@ -164,6 +167,17 @@ class _Statements:
             raise self._scope.error("CONTINUE stands outside a loop", node.at)
         assert isinstance(node, (s.Return, s.Continue))
         return node
+
+    def _try(self, node: s.Try) -> t.Try:
+        body = self.block(node.body)
+        code = None
+        if node.code is not None:
+            kind = self._scope.declarations.type_named("EXCEPTIONCODE")
+            code = self._target(node.code)
+            if kind is None or code.type != kind:
+                text = f"__CATCH needs a variable of {SPACE}.ExceptionCode"
+                raise self._scope.error(f"{text}, not {describe(code.type)}", node.code.at)
+        return t.Try(body, code, self.block(node.handler), self.block(node.last), node.at)
 
     def _is_new(self, node: s.Expression) -> bool:
         known = self._scope.declarations.pous

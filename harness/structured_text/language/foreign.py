@@ -13,15 +13,15 @@ from lark import Token
 
 from structured_text.errors import InputError
 
-__all__ = ["LABELS", "corrected", "not_structured_text", "one_for_all"]
+__all__ = ["EXCEPTIONS", "LABELS", "corrected", "not_structured_text", "one_for_all"]
 
 #: Words that open a block in SCL only, and words that are followed by a name in double quotes.
 _SCL_ONLY = frozenset(("DATA_BLOCK", "ORGANIZATION_BLOCK"))
 _SCL_QUOTED = frozenset(("FUNCTION_BLOCK", "FUNCTION", "TYPE", *_SCL_ONLY))
 #: Endings of the files of SCL.
 _SCL_ENDING = {"DATA_BLOCK": ".db", "TYPE": ".udt"}
-#: Words of CODESYS for exceptions.
-_EXCEPTIONS = frozenset(("__TRY", "__CATCH", "__FINALLY", "__ENDTRY"))
+#: Words of CODESYS for exceptions, with their tokens. Elsewhere they may be names.
+EXCEPTIONS = {"__TRY": "TRY", "__CATCH": "CATCH", "__FINALLY": "FINALLY", "__ENDTRY": "END_TRY"}
 #: Words of other languages, and what to write in Structured Text.
 _MISSPELT = {
     "ELSEIF": "ELSIF",
@@ -59,12 +59,11 @@ def not_structured_text(found: Sequence[Token], file: Path) -> InputError | None
 
 
 def corrected(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
-    """Return the tokens without exceptions and with the right keywords; `report` gets the errors.
+    """Return the tokens with the right keywords; `report` gets the errors.
 
     The rest of the source is then read without further errors about these words.
     """
-    right = [_right(found, at, file, report) for at in range(len(found))]
-    return _without_exceptions(right, file, report)
+    return _with_exceptions([_right(found, at, file, report) for at in range(len(found))])
 
 
 def _right(
@@ -90,42 +89,14 @@ def _right(
     return Token.new_borrow_pos(meant, meant, token)
 
 
-def _without_exceptions(
-    found: list[Token], file: Path, report: Callable[[InputError], None]
-) -> list[Token]:
-    """Return the tokens without the words of exceptions; `report` gets one error for them."""
-    places = [at for at, one in enumerate(found) if _is_exception(found, at)]
-    if not places:
-        return found
-    first = found[places[0]]
-    tries = sum(found[at].upper() == "__TRY" for at in places)
-    count = f" ({tries} places)" if tries > 1 else ""
-    report(
-        InputError(
-            f"{first.upper()} is not supported{count}: nothing raises an exception that a program "
-            "could catch",
-            file=file,
-            line=first.line,
-            column=first.column,
-            hint="leave out __TRY, __CATCH and __ENDTRY, and test values before they are used",
-        )
-    )
-    dropped: set[int] = set()
-    for at in places:
-        dropped.add(at)
-        behind = at + 1
-        if found[at].upper() == "__CATCH" and _type(found, behind) == "LPAR":
-            while _type(found, behind) not in ("RPAR", ""):
-                behind += 1
-            behind += 1
-        if _type(found, behind) == "SEMICOLON":
-            behind += 1
-        dropped.update(range(at, behind))
-    return [one for at, one in enumerate(found) if at not in dropped]
-
-
-def _is_exception(found: Sequence[Token], at: int) -> bool:
-    return found[at].upper() in _EXCEPTIONS and _type(found, at + 1) not in ("COLON", "DOT")
+def _with_exceptions(found: Sequence[Token]) -> list[Token]:
+    """Return the tokens with those of exceptions as keywords."""
+    return [
+        Token.new_borrow_pos(EXCEPTIONS[one.upper()], str(one), one)
+        if one.upper() in EXCEPTIONS and _type(found, at + 1) not in ("COLON", "DOT")
+        else one
+        for at, one in enumerate(found)
+    ]
 
 
 def _type(found: Sequence[Token], at: int) -> str:

@@ -72,6 +72,10 @@ class _Maker:
             return node
         if isinstance(node, s.NamedSpec) and node.generics:
             return self._named(node, constants, place)
+        if isinstance(node, s.Pou) and node.generics and node.extends is not None:
+            base = s.NamedSpec(node.extends, node.extends.at, generics=node.generics)
+            named = self._named(base, constants, place)
+            node = replace(node, extends=named.name, generics=named.generics)
         changed = {}
         for one in fields(node):
             old = getattr(node, one.name)

@@ -48,6 +48,7 @@ __all__ = [
     "Statement",
     "Symbol",
     "This",
+    "Try",
     "Unary",
     "Use",
     "Valid",
@@ -421,6 +422,20 @@ class Repeat:
 
 
 @dataclass(frozen=True)
+class Try:
+    """A `__TRY`: an error at run time in `body` sets `code`, and `handler` runs; `last` always runs.
+
+    `code` is a variable of __SYSTEM.ExceptionCode, or None.
+    """
+
+    body: tuple[Statement, ...]
+    code: Variable | None
+    handler: tuple[Statement, ...]
+    last: tuple[Statement, ...]
+    at: Position
+
+
+@dataclass(frozen=True)
 class Evaluate:
     """A call with an unused result."""
 
@@ -446,6 +461,7 @@ Statement = (
     | For
     | While
     | Repeat
+    | Try
     | s.Exit
     | s.Return
     | s.Continue

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
-from structured_text.engines.builtin.runtime import ProgramError
+from structured_text.engines.builtin.runtime import MemoryAccessError
 
 __all__ = [
     "NAMES",
@@ -184,12 +184,12 @@ class Pointer(_Scalar):
     size: int = 4
 
     def pack(self, value: Any) -> bytes:
-        """Raise ProgramError: a pointer has no readable bytes."""
-        raise ProgramError("a pointer cannot be accessed as bytes")
+        """Raise MemoryAccessError: a pointer has no readable bytes."""
+        raise MemoryAccessError("a pointer cannot be accessed as bytes")
 
     def unpack(self, data: bytes) -> Any:
-        """Raise ProgramError: bytes cannot become a pointer."""
-        raise ProgramError("bytes cannot be accessed as a pointer")
+        """Raise MemoryAccessError: bytes cannot become a pointer."""
+        raise MemoryAccessError("bytes cannot be accessed as a pointer")
 
 
 class _Composite:
@@ -424,7 +424,7 @@ class View:
 
 def _check(at: int, size: int, most: int) -> None:
     if at < 0 or at + size > most:
-        raise ProgramError(
+        raise MemoryAccessError(
             f"a pointer leads to byte {at + 1} of {most}: outside the variable it was made from"
             if size == 1
             else f"a pointer leads to bytes {at + 1} to {at + size} of {most}:"

@@ -22,7 +22,7 @@ from structured_text.engines.builtin.byte_views import (
     View,
 )
 from structured_text.engines.builtin.heap import kinds_of
-from structured_text.engines.builtin.runtime import ProgramError
+from structured_text.engines.builtin.runtime import MemoryAccessError, ProgramError
 from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
@@ -44,7 +44,7 @@ class _Movable:
         """Return the pointer moved by some bytes."""
         count, rest = divmod(offset, size)
         if rest:
-            raise ProgramError(f"a pointer is moved by {offset} bytes; its elements have {size}")
+            raise MemoryAccessError(f"a pointer is moved by {offset} bytes; its elements have {size}")
         return self.at(count)
 
 
@@ -68,7 +68,7 @@ class Slot(_Movable):
     def at(self, offset: int) -> Slot:
         """Return the pointer moved by some elements."""
         if offset:
-            raise ProgramError(f"a pointer to {self.key} leads {offset} elements beyond it")
+            raise MemoryAccessError(f"a pointer to {self.key} leads {offset} elements beyond it")
         return self
 
 
@@ -83,7 +83,7 @@ class Item(_Movable):
     def _inside(self) -> int:
         if 0 <= self.key < len(self.holder):
             return self.key
-        raise ProgramError(
+        raise MemoryAccessError(
             f"a pointer leads to element {self.key + 1} of an array of {len(self.holder)}"
         )
 
@@ -112,7 +112,7 @@ class Whole(_Movable):
     def at(self, offset: int) -> Whole:
         """Return the pointer moved by some elements."""
         if offset:
-            raise ProgramError(f"a pointer leads {offset} elements beyond its variable")
+            raise MemoryAccessError(f"a pointer leads {offset} elements beyond its variable")
         return self
 
 
@@ -122,7 +122,7 @@ class _Null:
     __slots__ = ()
 
     def _refuse(self, *_: Any) -> NoReturn:
-        raise ProgramError("the pointer is 0 (NULL), or the reference refers to nothing")
+        raise MemoryAccessError("the pointer is 0 (NULL), or the reference refers to nothing")
 
     V = property(_refuse, _refuse)
     at = moved = _refuse
@@ -139,7 +139,7 @@ class _NoBlock:
     def __getattr__(self, name: str) -> NoReturn:
         if name.startswith("__"):
             raise AttributeError(name)
-        raise ProgramError("no block has been assigned to this variable of an interface")
+        raise MemoryAccessError("no block has been assigned to this variable of an interface")
 
     def __reduce__(self) -> str:
         return "_NO_BLOCK"
@@ -193,7 +193,7 @@ def _delete(shared: Any, pointer: Any) -> None:
         pointer = pointer.memory.pointer  # the memory as the type that it was made as
     held = getattr(pointer, "V" if isinstance(pointer, Whole) else "holder", None)
     if id(held) not in shared.heap:
-        raise ProgramError("__DELETE of a pointer that does not lead to what __NEW has made")
+        raise MemoryAccessError("__DELETE of a pointer that does not lead to what __NEW has made")
     for leave in getattr(type(held), "exits", ()):
         leave(held, *[False] * (leave.__code__.co_argcount - 1))
     shared.heap.drop(held)

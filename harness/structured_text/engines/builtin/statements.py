@@ -188,6 +188,8 @@ class Writer:
             self._while(node)
         elif isinstance(node, t.Repeat):
             self._repeat(node)
+        elif isinstance(node, t.Try):
+            self._try(node)
         elif isinstance(node, s.Exit):
             self._emit("break")
         elif isinstance(node, s.Continue):
@@ -196,6 +198,28 @@ class Writer:
             self._emit(self._code.exact(node.value))
         else:
             self._emit(self._return())
+
+    def _try(self, node: t.Try) -> None:
+        """Write a `__TRY` as a `try` of Python, whose order is that of CODESYS."""
+        self._emit("try:")
+        self._inside(node.body)
+        self._emit("except FAULTS as x_:")
+        self._depth += 1
+        target = "x_" if node.code is None else self._code.variable(node.code)
+        self._emit(f"{target} = caught(x_)")
+        self._statements(node.handler)
+        self._depth -= 1
+        if node.last:
+            self._emit("finally:")
+            self._inside(node.last)
+
+    def _inside(self, statements: tuple[t.Statement, ...]) -> None:
+        """Write the statements of a part of a `__TRY`."""
+        self._depth += 1
+        self._statements(statements)
+        if not statements:
+            self._emit("pass")
+        self._depth -= 1
 
     def _if(self, node: t.If) -> None:
         branches = [(self._code.exact(condition), body) for condition, body in node.branches]
