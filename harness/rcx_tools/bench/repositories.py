@@ -135,7 +135,12 @@ REPOSITORIES = (
         "trofimich/TwinCAT.OpenFramework",
         "62cb3d27e8a539943719fc385c119ec0c5b9816e",
         _TWINCAT,
-        together=("Sources/**/*.plcproj",),
+        # Two applications, which have blocks of the same names, and the libraries of both.
+        each=("Sources/*.Samples/*.plcproj", "Sources/*.Tests/*.plcproj"),
+        libraries=(
+            "Sources/TwinCAT.OpenFramework.[!ST]*/*.plcproj",
+            "Sources/TwinCAT.OpenFramework.T[ai]*/*.plcproj",
+        ),
         beyond="generic constants of blocks (VAR_GENERIC), exceptions (__TRY), jumps",
     ),
     Repository(

@@ -153,8 +153,9 @@ class _Builder(Statements):
 
     def generic_spec(self, name: s.Name, *rest: Any) -> s.NamedSpec:
         self.note("VAR_GENERIC", name.at)
-        values = tuple(one for one in rest if not isinstance(one, Token))
-        return s.NamedSpec(name, name.at, generics=values)
+        arguments = next((one for one in rest if isinstance(one, tuple)), ())
+        parts = (one for one in rest if one is not None and not isinstance(one, (Token, tuple)))
+        return s.NamedSpec(name, name.at, None, arguments, generics=tuple(parts))
 
     def detailed_spec(self, name: s.Name, *rest: Any) -> Any:
         items = [item for item in rest if item is not None and not isinstance(item, Token)]
