@@ -14,6 +14,7 @@ from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
 from structured_text.language.function_overloads import chosen_function
 from structured_text.language.functions import same_text
+from structured_text.language.memory import is_memory_function
 from structured_text.language.methods import NOTHING
 from structured_text.language.objects import START
 from structured_text.language.parser import ACTION, CLASS
@@ -366,7 +367,8 @@ class _Statements:
             pou = self._scope.declarations.pous.get(callee.key)
             if pou is None and callee.key == "__DELETE":
                 return [t.Evaluate(self._expressions.references.deleted(node), node.at)]
-            if pou is None and callee.key in ("__NEW", *_QUERIES):
+            memory = is_memory_function(callee.key, self._expressions)
+            if memory or (pou is None and callee.key in ("__NEW", *_QUERIES)):
                 asked = s.Call(callee, node.arguments, node.at)
                 self._made.append(asked)
                 return [t.Evaluate(self._expressions.check(asked, None), node.at)]

@@ -13,15 +13,13 @@ from lark import Token
 
 from structured_text.errors import InputError
 
-__all__ = ["EXCEPTIONS", "LABELS", "corrected", "not_structured_text", "one_for_all"]
+__all__ = ["LABELS", "corrected", "not_structured_text", "one_for_all"]
 
 #: Words that open a block in SCL only, and words that are followed by a name in double quotes.
 _SCL_ONLY = frozenset(("DATA_BLOCK", "ORGANIZATION_BLOCK"))
 _SCL_QUOTED = frozenset(("FUNCTION_BLOCK", "FUNCTION", "TYPE", *_SCL_ONLY))
 #: Endings of the files of SCL.
 _SCL_ENDING = {"DATA_BLOCK": ".db", "TYPE": ".udt"}
-#: Words of CODESYS for exceptions, with their tokens. Elsewhere they may be names.
-EXCEPTIONS = {"__TRY": "TRY", "__CATCH": "CATCH", "__FINALLY": "FINALLY", "__ENDTRY": "END_TRY"}
 #: Words of other languages, and what to write in Structured Text.
 _MISSPELT = {
     "ELSEIF": "ELSIF",
@@ -63,7 +61,7 @@ def corrected(found: list[Token], file: Path, report: Callable[[InputError], Non
 
     The rest of the source is then read without further errors about these words.
     """
-    return _with_exceptions([_right(found, at, file, report) for at in range(len(found))])
+    return [_right(found, at, file, report) for at in range(len(found))]
 
 
 def _right(
@@ -87,16 +85,6 @@ def _right(
         )
     )
     return Token.new_borrow_pos(meant, meant, token)
-
-
-def _with_exceptions(found: Sequence[Token]) -> list[Token]:
-    """Return the tokens with those of exceptions as keywords."""
-    return [
-        Token.new_borrow_pos(EXCEPTIONS[one.upper()], str(one), one)
-        if one.upper() in EXCEPTIONS and _type(found, at + 1) not in ("COLON", "DOT")
-        else one
-        for at, one in enumerate(found)
-    ]
 
 
 def _type(found: Sequence[Token], at: int) -> str:

@@ -306,8 +306,8 @@ class Functions:
                 wanted = ELEMENTARY["LREAL"]
             elif isinstance(wanted, EnumType):
                 if target in ANY_STRING and "to_string" in wanted.attributes:
-                    text = f"{key} of {describe(wanted)}, whose members have texts (to_string),"
-                    raise self._scope.error(f"{text} is not supported", argument.at)
+                    member = self._expressions.check(argument.value, wanted)
+                    return t.Standard("MEMBER_TO_STRING", (member,), ELEMENTARY[target])
                 wanted = ELEMENTARY[wanted.base]
         value = self._expressions.check(argument.value, wanted)
         result = ELEMENTARY[target]

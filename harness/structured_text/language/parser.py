@@ -26,7 +26,6 @@ from structured_text.language import syntax as s
 from structured_text.language.building import Statements, name_of, nodes_of, position_of
 from structured_text.language.constructs import refuse
 from structured_text.language.foreign import (
-    EXCEPTIONS,
     corrected,
     not_structured_text,
     one_for_all,
@@ -35,7 +34,7 @@ from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
 from structured_text.language.pou_names import with_names
 from structured_text.language.recovery import read_tokens
 from structured_text.language.source import Extract, source_text, title_of
-from structured_text.language.words import ACCESSORS
+from structured_text.language.words import ACCESSORS, EXCEPTIONS
 from structured_text.output.limits import MOST_TOKENS
 
 __all__ = [

@@ -274,7 +274,9 @@ class Types:
                     hint,
                 )
             low, high = self.integer(dimension.low, where), self.integer(dimension.high, where)
-            if low > high:
+            # TwinCAT and CODESYS accept an array without elements: ARRAY [0..-1].
+            none = self.registry.dialect.name in ("codesys", "twincat")
+            if low > high + none:
                 raise where.error(f"the bounds {low}..{high} are empty", dimension.at)
             bounds.append((low, high))
         element, initial = self.resolve(spec.element, where, f"{name}_element")

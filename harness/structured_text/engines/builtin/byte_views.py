@@ -24,6 +24,7 @@ __all__ = [
     "Layout",
     "Moment",
     "Number",
+    "Opaque",
     "Pointer",
     "Record",
     "Row",
@@ -192,6 +193,39 @@ class Pointer(_Scalar):
         raise MemoryAccessError("bytes cannot be accessed as a pointer")
 
 
+@dataclass(frozen=True)
+class Opaque:
+    """The layout of a block, an interface or a structure with them, whose bytes are not known.
+
+    A pointer to it can become a pointer to another type and back. `slots` are the variables that a
+    block or structure must have to be the target of such a pointer.
+    """
+
+    name: str
+    size: int
+    slots: tuple[str, ...]
+
+    def fits(self, value: Any) -> bool:
+        """Return whether a value has the variables of this type."""
+        return all(hasattr(value, slot) for slot in self.slots)
+
+    def read(self, value: Any, at: int, size: int) -> bytes:
+        """Raise MemoryAccessError: the bytes are not known."""
+        raise MemoryAccessError(f"{self.name} cannot be accessed as bytes")
+
+    def write(self, value: Any, at: int, data: bytes) -> Any:
+        """Raise MemoryAccessError: the bytes are not known."""
+        raise MemoryAccessError(f"{self.name} cannot be accessed as bytes")
+
+    def look(self, memory: ByteRange, at: int) -> Any:
+        """Raise MemoryAccessError: these bytes are not such a variable."""
+        raise MemoryAccessError(f"bytes cannot be accessed as {self.name}")
+
+    def store(self, memory: ByteRange, at: int, value: Any) -> None:
+        """Raise MemoryAccessError: these bytes are not such a variable."""
+        raise MemoryAccessError(f"bytes cannot be accessed as {self.name}")
+
+
 class _Composite:
     """The common base of structure, union and array layouts, which are viewed in place."""
 
@@ -288,9 +322,9 @@ class Record(_Composite):
 
 #: The names that generated code can use, besides `Union`.
 NAMES: dict[str, Any] = {
-    one.__name__: one for one in (Number, Bit, Moment, Text, Character, Pointer, Row, Record)
+    one.__name__: one for one in (Number, Bit, Moment, Text, Character, Pointer, Opaque, Row, Record)
 }
-Layout: TypeAlias = Number | Bit | Moment | Text | Character | Pointer | Row | Record
+Layout: TypeAlias = Number | Bit | Moment | Text | Character | Pointer | Opaque | Row | Record
 
 
 # --- views ------------------------------------------------------------------------------------

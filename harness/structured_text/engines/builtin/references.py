@@ -17,6 +17,7 @@ from structured_text.engines.builtin.byte_views import (
     Held,
     Layout,
     Number,
+    Opaque,
     Row,
     Union,
     View,
@@ -238,11 +239,50 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
     memory = view.memory
     if isinstance(memory, Held):
         whole, rest = memory.layout, view.at_ % other.size
+        if isinstance(other, Opaque) and isinstance(whole, Opaque) and not view.at_:
+            if other.fits(memory.pointer.V):
+                return memory.pointer
         if isinstance(whole, Row) and whole.element == other and not rest:
             return Item(memory.pointer.V, view.at_ // other.size)  # the original type again
         if whole == other and not view.at_:
             return memory.pointer
     return View(memory, view.at_, other)
+
+
+_BYTE = Number("<B", 1)
+
+
+def _bytes_at(pointer: Any) -> View | None:
+    """Return a pointer to BYTE as a view; None if it is 0 (NULL)."""
+    return None if pointer is _NULL else _viewed(pointer, _BYTE)
+
+
+def _memmove(to: Any, of: Any, count: int) -> int:
+    """Copy bytes, and return their number; 0 if an address or the number is 0."""
+    target, source = _bytes_at(to), _bytes_at(of)
+    if target is None or source is None or count <= 0:
+        return 0
+    target.memory.write(target.at_, source.memory.read(source.at_, count))
+    return count
+
+
+def _memset(to: Any, byte: int, count: int) -> int:
+    """Set bytes, and return their number; 0 if the address or the number is 0."""
+    target = _bytes_at(to)
+    if target is None or count <= 0:
+        return 0
+    target.memory.write(target.at_, bytes((byte & 0xFF,)) * count)
+    return count
+
+
+def _memcmp(one: Any, other: Any, count: int) -> int:
+    """Compare bytes: -1, 0 or 1; 16#FF if an address or the number is 0."""
+    first, second = _bytes_at(one), _bytes_at(other)
+    if first is None or second is None or count <= 0:
+        return 0xFF
+    left = first.memory.read(first.at_, count)
+    right = second.memory.read(second.at_, count)
+    return (left > right) - (left < right)
 
 
 def _order(one: Any, other: Any, layout: Layout) -> int:
@@ -297,6 +337,10 @@ NAMES: dict[str, Any] = {
     "null": _NULL,
     "no_block": _NO_BLOCK,
     "same": _same,
+    "memcpy": _memmove,
+    "memmove": _memmove,
+    "memset": _memset,
+    "memcmp": _memcmp,
     "asked": _asked,
     "heap_new": _new,
     "heap_row": _new_row,

@@ -70,10 +70,14 @@ def _caught(error: Exception) -> int:
     ]
 
 
-def _raised(code: int) -> NoReturn:
+def _f_raiseexception(code: int) -> NoReturn:
     error = ProgramError(f"the program raises exception 16#{code:X}, and no __TRY catches it")
     error.code = code
     raise error
+
+
+def _member_text(names: dict[int, str], value: int) -> str:
+    return names.get(value, str(value))
 
 
 def _endless() -> NoReturn:
