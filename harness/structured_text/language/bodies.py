@@ -81,6 +81,8 @@ def check_start(
         return
     if pou.block is None:
         pou.body = (*start, *pou.body)
+        if START in pou.words:  # of a list of globals
+            scope.declarations.pous[pou.name.upper()] = pou
         return
     name = f"{pou.name}.{START.lower()}"
     method = t.Pou("METHOD", name, pou.file, {}, body=start, owner=pou, at=pou.at)
