@@ -143,6 +143,7 @@ CONSTRUCTS = _TRANSLATED | {
     "__NEW or __DELETE": "declare the variable",
     "a program of _INIT and _CYCLIC": "write one PROGRAM, and begin with IF in the first scan",
     "CONTINUE": "use IF",
+    "a VAR_IN_OUT read outside of its block": "read the variable that the call passes",
     "a function of memory": "assign or compare the variables",
     "__TRY": "test values before they are used",
     "an LTIME of more than 292 years": "use a shorter one",

@@ -17,6 +17,7 @@ from structured_text.language.syntax import Position
 from structured_text.language.types import BlockType, ReferenceType, Type
 
 __all__ = [
+    "AFTER_CALL",
     "Address",
     "Assign",
     "Assigned",
@@ -470,6 +471,9 @@ Statement = (
 
 
 _FIRST = Position(1, 1)
+
+#: Last part of the name of the variable that holds a VAR_IN_OUT of a block after a call.
+AFTER_CALL = "after_call"
 
 
 @dataclass(eq=False)

@@ -96,7 +96,7 @@ class Writer:
         self._share()
         self._prelude = len(self.lines)
         self._statements(pou.body)
-        self._emit(self._return())
+        self._leave_pou()
 
     def _share(self) -> None:
         """Store the VAR_IN_OUT that methods of the block use in the instance."""
@@ -197,7 +197,15 @@ class Writer:
         elif isinstance(node, t.Evaluate):
             self._emit(self._code.exact(node.value))
         else:
-            self._emit(self._return())
+            self._leave_pou()
+
+    def _leave_pou(self) -> None:
+        """Write the end of a call; the block holds a VAR_IN_OUT that is read outside of it."""
+        for symbol in self._pou.section("VAR_IN_OUT") if self._pou.block is not None else ():
+            held = self._pou.symbols.get(f"{symbol.name}.{t.AFTER_CALL}".upper())
+            if held is not None:
+                self._emit(f"s.{slot_name(held.name)} = {self._code.symbol(symbol)}")
+        self._emit(self._return())
 
     def _try(self, node: t.Try) -> None:
         """Write a `__TRY` as a `try` of Python, whose order is that of CODESYS."""
