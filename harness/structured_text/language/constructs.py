@@ -143,6 +143,8 @@ CONSTRUCTS = _TRANSLATED | {
     "__NEW or __DELETE": "declare the variable",
     "a program of _INIT and _CYCLIC": "write one PROGRAM, and begin with IF in the first scan",
     "CONTINUE": "use IF",
+    "a selection of pointers or interfaces": "use IF",
+    "a pointer as a number": "compare pointers with each other, or with 0",
     "a VAR_IN_OUT read outside of its block": "read the variable that the call passes",
     "a function of memory": "assign or compare the variables",
     "__TRY": "test values before they are used",

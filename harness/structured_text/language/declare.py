@@ -281,9 +281,11 @@ class Declarations(Types):
             kind, initial = self.resolve(node.spec, where, owner)
         constant_section, calculated = section.qualifier == "CONSTANT", False
         parts: tuple[Part, ...] = ()
+        passed = False
         if constant_section and section.kind == "VAR_IN_OUT":
             # A variable that cannot be written can be passed by value. Blocks are never copied.
             where.note("VAR_IN_OUT CONSTANT", section.at)
+            passed = True
             constant_section = False
             section = section if has_block(kind) else replace(section, kind="VAR_INPUT")
         if has_block(kind) and pou == "CONFIGURATION":
@@ -295,7 +297,7 @@ class Declarations(Types):
             if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
                 raise where.error("an initial value is not possible here", node.at)
             block = pou in ("PROGRAM", "FUNCTION_BLOCK")
-            places = ("VAR",) if block else ("VAR", "VAR_TEMP")
+            places = ("VAR",) if block else ("VAR", "VAR_TEMP", "VAR_INST")
             possible = section.kind in places and not constant_section and pou != "CONFIGURATION"
             later = Later() if possible else None
             try:
@@ -348,6 +350,7 @@ class Declarations(Types):
                 area=area,
                 access=self._access(section, where),
                 owner=where.node.name.key,
+                passed=passed,
             )
             for name in node.names
         ]

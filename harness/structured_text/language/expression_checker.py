@@ -54,6 +54,7 @@ from structured_text.language.types import (
     type_name,
 )
 from structured_text.language.values import describe
+from structured_text.language.walk import declared as declared_in
 from structured_text.language.widening import BITS_OF
 
 __all__ = ["ExpressionChecker"]
@@ -344,6 +345,10 @@ class ExpressionChecker:
                     if pin.section == "VAR":
                         self.scope.note("a variable of a block that is not a pin", node.name.at)
                     return t.Member(base, pin.name, pin.type)
+            written = self.scope.registry.pous.get(kind.name.upper())
+            sections = written.node.sections if written is not None else ()  # type: ignore[union-attr]
+            if any(name.key == key for _, _, name in declared_in(sections)):
+                raise ConsequenceError(f"{kind.name}.{node.name.text} has an error")
             near = self.methods.method_hint(kind, key)
             near = near or _near(key, [pin.name for pin in kind.variables])
         elif isinstance(kind, InterfaceType):

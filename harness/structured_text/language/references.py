@@ -400,6 +400,8 @@ class References:
         argument = self._argument(node)
         found = self._all.place(argument) if isinstance(argument, PLACES) else None
         passed = isinstance(found, t.Use) and found.symbol.section == "VAR_IN_OUT"
+        if isinstance(found, t.Use) and found.symbol.passed:
+            return t.Constant(True, BOOL)  # the call has passed a variable or a value
         if found is None or not (passed or isinstance(found.type, ReferenceType)):
             text = "__ISVALIDREF needs a variable of REFERENCE TO, or a VAR_IN_OUT"
             hint = "compare a pointer or an interface with 0"

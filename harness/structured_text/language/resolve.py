@@ -377,7 +377,9 @@ class Types:
         if spec.name.key not in ANY_STRING:
             raise where.error(f"a {spec.name.text} has no length", spec.at, "remove it")
         length = self.integer(spec.length, where)
-        if not 1 <= length <= LONGEST_STRING:
+        # TwinCAT and CODESYS accept a text without characters: STRING(0).
+        least = 0 if self.registry.dialect.name in ("codesys", "twincat") else 1
+        if not least <= length <= LONGEST_STRING:
             raise where.error(f"a STRING holds 1 to {LONGEST_STRING} characters", spec.at)
         if spec.name.key == "WSTRING":
             where.note("a type of the third edition", spec.at, "WSTRING")

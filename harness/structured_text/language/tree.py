@@ -71,6 +71,7 @@ class Symbol:
     parts of the initial value that are not constant. `retain`: it keeps its value over a warm
     start. `area` is I, Q or M if the tool chooses the address (`%I*`). `access` is PRIVATE or
     PROTECTED if only the block `owner` (upper case), or also those that extend it, may use it.
+    `passed`: it is a VAR_IN_OUT CONSTANT, which is passed by value.
     """
 
     name: str
@@ -90,6 +91,7 @@ class Symbol:
     area: str = ""
     access: str = ""
     owner: str = ""
+    passed: bool = False
 
 
 @dataclass(frozen=True)

@@ -249,6 +249,15 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
     return View(memory, view.at_, other)
 
 
+def _address(pointer: Any) -> int:
+    """Return the number of a pointer: 0 for NULL; raise MemoryAccessError for any other."""
+    if pointer is _NULL:
+        return 0
+    raise MemoryAccessError(
+        "the address of a variable has no number here, because it differs from run to run"
+    )
+
+
 _BYTE = Number("<B", 1)
 
 
@@ -337,6 +346,7 @@ NAMES: dict[str, Any] = {
     "null": _NULL,
     "no_block": _NO_BLOCK,
     "same": _same,
+    "address": _address,
     "memcpy": _memmove,
     "memmove": _memmove,
     "memset": _memset,

@@ -90,6 +90,8 @@ def standard_call(node: t.Standard, arguments: list[str], rules: Dialect) -> Val
         return of_type(f"{array}.bound({dimension}, {int(name == 'UPPER_BOUND')})", kind)
     if name in MEMORY_FUNCTIONS:
         return of_type(f"{name.lower()}({', '.join(arguments)})", kind)
+    if name == "ADDRESS":
+        return of_type(f"address({arguments[0]})", kind)
     if name == "MEMBER_TO_STRING":
         return Value(_member(node, arguments[0]))
     if "_TO_" in name:
