@@ -56,6 +56,16 @@ from structured_text.output.limits import MOST_LEVELS
 __all__ = ["Types", "default_scalar", "fills", "is_null"]
 
 
+#: A pointer whose target is not resolved yet, with the names that are known at its declaration.
+_Unlinked = tuple[
+    ReferenceType,
+    s.TypeSpec,
+    Declared,
+    MutableMapping[str, Symbol],
+    list[tuple[s.Section, Declared]],
+]
+
+
 class Types:
     """The types of a project, each resolved on its first use.
 
@@ -92,16 +102,21 @@ class Types:
         self.under_way: set[str] = set()
         self._listed: dict[str, tuple[s.VarDecl, Declared]] | None = None
         self._pended: dict[str, Constant | InputError | None] = {}
-        self._unlinked: list[tuple[ReferenceType, s.TypeSpec, Declared]] = []
+        self._unlinked: list[_Unlinked] = []
 
     def link(self) -> None:
         """Resolve the targets of pointers and references, once all types and blocks are known."""
         while self._unlinked:
-            reference, spec, where = self._unlinked.pop()
+            reference, spec, where, local, sections = self._unlinked.pop()
+            before = self.local, self.sections
+            # The bounds of an array may be constants of the block.
+            self.local, self.sections = local, sections
             try:
                 reference.target, _ = self.resolve(spec, where)
             except InputError as error:
                 self._report(error)
+            finally:
+                self.local, self.sections = before
 
     # --- types ---
 
@@ -298,7 +313,7 @@ class Types:
             return self._subrange(spec, where)
         if isinstance(spec, s.PointerSpec):
             reference = ReferenceType(spec.kind)
-            self._unlinked.append((reference, spec.target, where))
+            self._unlinked.append((reference, spec.target, where, self.local, self.sections))
             return reference, None
         if not isinstance(spec, s.NamedSpec):
             return self._nameless(spec, where, owner)
