@@ -185,13 +185,20 @@ class References:
             if array.element == want.target:
                 lows = tuple(t.Constant(low, ELEMENTARY["DINT"]) for low, _ in array.bounds)
                 return t.Address(t.Index(found.variable, lows, array.element), want)
-        if "REFERENCE" not in (kind.kind, want.kind):
+        if "REFERENCE" not in (kind.kind, want.kind) and not self._are_strangers(kind, want):
             return self._recast(found, want, node.at)
         raise self._scope.error(
             f"a {describe(want)} cannot lead to a {describe(_target(kind))}",
             node.at,
-            "use POINTER TO",
+            "use a pointer to data",
         )
+
+    def _are_strangers(self, one: ReferenceType, other: ReferenceType) -> bool:
+        """Return whether two pointers lead to blocks of which neither extends the other."""
+        first, second = _target(one), _target(other)
+        objects = self._scope.declarations.objects
+        blocks = isinstance(first, BlockType) and isinstance(second, BlockType)
+        return blocks and not (objects.is_a(first, second) or objects.is_a(second, first))
 
     def _recast(self, found: t.Expression, want: ReferenceType, at: s.Position) -> t.Recast:
         assert isinstance(found.type, ReferenceType)

@@ -341,6 +341,11 @@ def _used(node: Any) -> Iterator[s.Name]:
                 yield one.extends
         elif kind is s.Call:
             yield one.function
+    for member in node.members if isinstance(node, s.Pou) else ():
+        parts = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)
+        for section in (one for part in parts if part is not None for one in part.sections):
+            if section.kind == "VAR_INST":  # its variables are stored in the block
+                yield from _used(section)
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:

@@ -19,7 +19,7 @@ from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, type_name
-from structured_text.language.walk import bodies
+from structured_text.language.walk import bodies, statements
 
 __all__ = ["Branches", "Writer"]
 
@@ -56,6 +56,7 @@ class Writer:
         self._prelude = 0
         self._depth = 1
         self._temporaries = 0
+        self._tries = 0
 
     def write(self) -> None:
         """Write the whole function."""
@@ -94,6 +95,8 @@ class Writer:
             if in_cell(symbol) and self._code.is_local(symbol):
                 self._emit(f"{symbol.name.upper()} = [{symbol.name.upper()}]")
         self._share()
+        if any(isinstance(one, t.Try) for one in statements(pou.body)):
+            self._emit("r_ = False")
         self._prelude = len(self.lines)
         self._statements(pou.body)
         self._leave_pou()
@@ -197,6 +200,8 @@ class Writer:
         elif isinstance(node, t.Evaluate):
             self._emit(self._code.exact(node.value))
         else:
+            if self._tries:
+                self._emit("r_ = True")
             self._leave_pou()
 
     def _leave_pou(self) -> None:
@@ -209,6 +214,7 @@ class Writer:
 
     def _try(self, node: t.Try) -> None:
         """Write a `__TRY` as a `try` of Python, whose order is that of CODESYS."""
+        self._tries += 1
         self._emit("try:")
         self._inside(node.body)
         self._emit("except FAULTS as x_:")
@@ -217,9 +223,12 @@ class Writer:
         self._emit(f"{target} = caught(x_)")
         self._statements(node.handler)
         self._depth -= 1
+        self._tries -= 1
         if node.last:
             self._emit("finally:")
             self._inside(node.last)
+            # A RETURN inside has read the result before these statements may have changed it.
+            self._emit(f"    if r_: {self._return()}")
 
     def _inside(self, statements: tuple[t.Statement, ...]) -> None:
         """Write the statements of a part of a `__TRY`."""
@@ -413,7 +422,7 @@ def _continues(body: tuple[t.Statement, ...]) -> bool:
     for one in body:
         if isinstance(one, s.Continue):
             return True
-        if isinstance(one, (t.If, t.Case)) and any(map(_continues, bodies(one))):
+        if isinstance(one, (t.If, t.Case, t.Try)) and any(map(_continues, bodies(one))):
             return True
     return False
 
