@@ -23,8 +23,8 @@ from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from structured_text.language.standard import BLOCKS, reserved
-from structured_text.language.system import SPACE
 from structured_text.language.starting import Start, start_calls, start_of, starting
+from structured_text.language.system import SPACE
 from structured_text.language.types import (
     ArrayType,
     BlockType,

@@ -123,9 +123,7 @@ class _Builder(Statements):
     ) -> s.TypeDecl:
         if isinstance(spec, _Detailed):
             spec = spec.of_type(self)
-        return s.TypeDecl(
-            name_of(name), spec, initial, position_of(name), _base_of(base)[0]
-        )
+        return s.TypeDecl(name_of(name), spec, initial, position_of(name), _base_of(base)[0])
 
     def struct_declaration(
         self, name: Token, base: Any, _colon: Token, spec: s.StructSpec
@@ -277,9 +275,7 @@ class _Builder(Statements):
             words = (*words, TWO_BASES)
         pou = self.program(word, name, *rest)
         base, values = _base_of(base)
-        return replace(
-            pou, words=words, extends=base, implements=interfaces or (), generics=values
-        )
+        return replace(pou, words=words, extends=base, implements=interfaces or (), generics=values)
 
     def generic_block(self, word: Token, words: Any, name: Token, *rest: Any) -> s.Pou:
         """Return a block with its generic constants before EXTENDS."""

@@ -127,17 +127,18 @@ def start_of(
     `shown` is the name of the variable, for messages. Raise InputError as `start_calls` does.
     """
     scope = expressions.scope
-    method = None
-    if isinstance(kind, BlockType):
-        method = scope.declarations.objects.starter(kind.name.upper())
-    if isinstance(kind, BlockType) and scope.registry.incomplete(kind.name.upper()):
-        raise ConsequenceError(f"a base of {kind.name} is missing")
-    if method is None or not isinstance(kind, BlockType):
+    if not isinstance(kind, BlockType):
+        text = f"{shown or kind.name} has no {INIT} that takes arguments"
+        raise scope.error(text, at, "write := (pin := value) for initial values")
+    key, objects = kind.name.upper(), scope.declarations.objects
+    declared = objects.all.get(key, {}).get(INIT.upper())
+    if scope.registry.incomplete(key) or (declared and _has_broken_input(declared, scope)):
+        raise ConsequenceError(f"a part of {kind.name}.{INIT} is missing")
+    method = objects.starter(key)
+    if method is None:
         text = f"{shown or kind.name} has no {INIT} that takes arguments"
         raise scope.error(text, at, "write := (pin := value) for initial values")
     inputs = method.section("VAR_INPUT")[2:]
-    if _has_broken_input(method, scope):
-        raise ConsequenceError(f"a part of {method.name} is missing")
     given: dict[str, s.Argument] = {}
     for symbol, argument in zip(inputs, given_arguments, strict=False):
         given[argument.name.key if argument.name is not None else symbol.name.upper()] = argument

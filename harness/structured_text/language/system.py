@@ -30,7 +30,15 @@ from structured_text.language.types import (
     Type,
 )
 
-__all__ = ["ANY_TYPE", "EXCEPTION_CODES", "GROUPS", "QUERY", "SPACE", "class_of", "system_declaration"]
+__all__ = [
+    "ANY_TYPE",
+    "EXCEPTION_CODES",
+    "GROUPS",
+    "QUERY",
+    "SPACE",
+    "class_of",
+    "system_declaration",
+]
 
 SPACE, QUERY, ANY_TYPE = "__SYSTEM", "IQUERYINTERFACE", "ANYTYPE"
 #: The names of generic types, with the elementary types of each; None for any type.
@@ -56,8 +64,8 @@ _CLASSES = (
     *("VECTOR", "LDATE", "LDATEANDTIME", "LTIMEOFDAY"),
 )
 _NAMES = {"DT": "DATEANDTIME", "TOD": "TIMEOFDAY", "LDT": "LDATEANDTIME", "LTOD": "LTIMEOFDAY"}
-#: The members of ExceptionCode with their numbers, the prefix RTSEXCPT_ left out. Beckhoff
-#: InfoSys, TwinCAT 3 PLC, data type __SYSTEM.ExceptionCode (6753940235); CODESYS numbers them alike.
+#: The members of ExceptionCode with their numbers, the prefix RTSEXCPT_ left out: Beckhoff InfoSys,
+#: TwinCAT 3 PLC, data type __SYSTEM.ExceptionCode (6753940235). Those of CODESYS are the same.
 EXCEPTION_CODES = {
     "UNKNOWN": 0xFFFFFFFF,
     "NOEXCEPTION": 0,
@@ -109,9 +117,9 @@ EXCEPTION_CODES = {
     "VENDOR_EXCEPTION_BASE": 0x2000,
     "USER_EXCEPTION_BASE": 0x10000,
 }
+_EXCEPTIONS = ", ".join(f"RTSEXCPT_{name} := {n}" for name, n in EXCEPTION_CODES.items())
 _TEXT = f"""
-TYPE ExceptionCode : ({", ".join(f"RTSEXCPT_{name} := {n}" for name, n in EXCEPTION_CODES.items())}) UDINT;
-END_TYPE
+TYPE ExceptionCode : ({_EXCEPTIONS}) UDINT; END_TYPE
 TYPE TYPE_CLASS : ({", ".join(f"TYPE_{name}" for name in _CLASSES)}) DWORD; END_TYPE
 TYPE AnyType :
 STRUCT

@@ -426,9 +426,9 @@ class Repeat:
 
 @dataclass(frozen=True)
 class Try:
-    """A `__TRY`: an error at run time in `body` sets `code`, and `handler` runs; `last` always runs.
+    """A `__TRY`: an error at run time in `body` sets `code`, and `handler` runs.
 
-    `code` is a variable of __SYSTEM.ExceptionCode, or None.
+    `last` always runs. `code` is a variable of __SYSTEM.ExceptionCode, or None.
     """
 
     body: tuple[Statement, ...]

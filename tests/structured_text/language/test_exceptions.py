@@ -148,7 +148,10 @@ def test_the_block_continues_in_the_next_scan(build: Build) -> None:
     ("body", "message"),
     [
         ("I := 1;\nI := 1 / Z;", "divi"),
-        ("__TRY\nF_RaiseException(E); __CATCH(E) F_RaiseException(E); __ENDTRY", "raises exception"),
+        (
+            "__TRY\nF_RaiseException(E); __CATCH(E) F_RaiseException(E); __ENDTRY",
+            "raises exception",
+        ),
         ("__TRY\nWHILE TRUE DO I := 1; END_WHILE; __CATCH __ENDTRY", "this loop has not ended"),
     ],
 )

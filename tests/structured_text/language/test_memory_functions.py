@@ -29,7 +29,8 @@ FUNCTION_BLOCK Other VAR_OUTPUT Z : INT; END_VAR END_FUNCTION_BLOCK
 TYPE Holder : STRUCT N : INT := 7; I : Named; END_STRUCT END_TYPE
 """
 _VARIABLES = """
-VAR P, Q : Pair; A : ARRAY [1..4] OF INT := [1, 2, 3, 4]; N, D : DINT; U : UDINT; S : STRING := 'abc';
+VAR P, Q : Pair; A : ARRAY [1..4] OF INT := [1, 2, 3, 4]; N, D : DINT; U : UDINT;
+  S : STRING := 'abc';
   PB : POINTER TO BYTE; PH : POINTER TO Holder; PO : POINTER TO Other; PBase : POINTER TO Base;
   H : Holder; Deriv : Derived; W : DWORD := 8; X : BOOL; PA, PC : POINTER TO INT; I : INT;
 END_VAR

@@ -322,7 +322,8 @@ class Record(_Composite):
 
 #: The names that generated code can use, besides `Union`.
 NAMES: dict[str, Any] = {
-    one.__name__: one for one in (Number, Bit, Moment, Text, Character, Pointer, Opaque, Row, Record)
+    one.__name__: one
+    for one in (Number, Bit, Moment, Text, Character, Pointer, Opaque, Row, Record)
 }
 Layout: TypeAlias = Number | Bit | Moment | Text | Character | Pointer | Opaque | Row | Record
 
